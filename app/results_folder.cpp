@@ -56,8 +56,8 @@ fs::path numbered(const fs::path& folder, int number) {
 }
 
 std::string no_number_is_free(const fs::path& chosen) {
-  return fmt::format("{}: expected a number that is free up to {}, found none; name another place by --out",
-                     chosen.string(), most_numbers);
+  return fmt::format("{}: expected a free number up to {}, found none; name another folder by --out", chosen.string(),
+                     most_numbers);
 }
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& what, const std::string& found) {
@@ -74,7 +74,7 @@ FileLock::FileLock(const fs::path& file, const std::string& what) {
   while (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
     if (std::chrono::steady_clock::now() > until) {
       close(descriptor_);
-      throw InputError(what + " that nobody writes, found another tactor at it");
+      throw InputError(what + " that no other program writes, found another tactor writing it");
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
@@ -134,7 +134,7 @@ void ResultsFolder::refuse_to_replace(const fs::path& input) const {
   for (const std::string_view name : left_by_runs) {
     std::error_code ignored;
     if (!fs::equivalent(input, path_ / name, ignored)) continue;
-    throw InputError(fmt::format("--out {}: expected another folder than that of {}, which the results would replace",
+    throw InputError(fmt::format("--out {}: expected a folder other than that of {}, which the results would replace",
                                  path_.string(), input.string()));
   }
 }

@@ -186,8 +186,8 @@ fs::path checked_copy(const Stage& stage, const fs::path& study, const std::set<
   for (const fs::path& file : inputs_of_study(copy)) {
     if (is_inside(file, stage.folder()) || is_inside(file, stage.prefix())) continue;
     throw InputError(
-        fmt::format("{}: expected files that are named relative to the one that names them, found {}, "
-                    "which another machine has not",
+        fmt::format("{}: expected files with paths relative to the file that names them, found {}, which does not "
+                    "exist on another machine",
                     study.string(), file.string()));
   }
   return fs::relative(copy, stage.folder());

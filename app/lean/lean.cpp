@@ -62,7 +62,7 @@ void check(Lean& lean, LeanMeasure& measure, const LeanLimits& limits) {
     lean.graph = lean.kept == 0 ? lean.original : lean.path.steps[lean.kept - 1].state;
     lean.lean_checked = measure.first_look(lean.graph, seeds);
     if (lean.kept == 0 || (lean.lean_checked.refused.empty() && limits.keep(lean.lean_checked))) break;
-    lean.options.progress("over the budget there: the last step is taken back");
+    lean.options.progress("over the budget on these seeds: the last step is taken back");
   }
   const std::array<LeanMeasure::Looked, 2> both{
       {{&lean.original, &lean.original_checked}, {&lean.graph, &lean.lean_checked}}};
@@ -172,10 +172,10 @@ std::string verdict(const Lean& lean) {
                                          seeds_text(lean.options.check_seeds), seeds_text(lean.options.seeds));
   if (lean.kept == 0) {
     return lean.path.steps.empty()
-               ? "no cheaper graph was found: what was tried costs as much, breaks the budget or cannot be run; the "
-                 "result is the graph as it is"
-               : "no cheaper graph was found: what saved on the seeds of the search broke the budget " + unseen +
-                     "; the result is the graph as it is";
+               ? "no cheaper graph was found: every trial costs as much, breaks the budget or cannot run; the result "
+                 "is the unchanged graph"
+               : "no cheaper graph was found: every saving on the seeds of the search broke the budget " + unseen +
+                     "; the result is the unchanged graph";
   }
   const std::vector<double> ratios = lean.ratios();
   const std::string range =
@@ -183,8 +183,7 @@ std::string verdict(const Lean& lean) {
                      : fmt::format(" ({:.2f} to {:.2f} in runs by turns)", quantile(ratios, 0), quantile(ratios, 1));
   const bool saves = !ratios.empty() ? quantile(ratios, 0) > 1 : lean.ratio() > 1;
   if (!saves || lean.ratio() < no_cheaper) {
-    return fmt::format("smaller, but no cheaper by what times of runs tell: {:.2f} times{} {}", lean.ratio(), range,
-                       unseen);
+    return fmt::format("smaller, but not measurably cheaper: {:.2f} times{} {}", lean.ratio(), range, unseen);
   }
   // With one digit a saving of 4 % would read as none.
   return fmt::format("{:.{}f} times cheaper{} {}", lean.ratio(), lean.ratio() < 2 ? 2 : 1, range, unseen);

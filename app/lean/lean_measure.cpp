@@ -39,13 +39,13 @@ Time warm_since_of(const PlanNodes& nodes, const std::optional<Time>& judged_fro
   const Time latest = judged_from.value_or(Time{nodes.plan().graph.duration.ns});
   if (warmth.since && *warmth.since <= latest) return *warmth.since;
   throw InputError(fmt::format(
-      "{}: node {} is not warm after {} s: {}; errors are compared where all nodes are warm: make the run longer",
+      "{}: node {} is not warm after {} s: {}; errors are compared only when all nodes are warm: make the run longer",
       nodes.plan().graph.file.string(), warmth.last, latest.seconds(), warmth.when));
 }
 
 std::string without_error(const GraphSpec& graph, LeanMetric metric) {
   return fmt::format(
-      "{}: nothing tells the error of the {} force; expected a sink.metrics with edges into `commanded` and `force`, "
+      "{}: no node reports the error of the {} force; expected a sink.metrics with edges into `commanded` and `force`, "
       "and a run that is longer than its `settle`",
       graph.file.string(), word(metric));
 }

@@ -33,7 +33,7 @@ Finding ports_finding(const std::vector<SerialPort>& ports) {
     const std::string group = group_of(port.file);
     if (!port.may_open && !group.empty()) finding.remedy = "sudo usermod -aG " + group + " $USER # then log in anew";
   }
-  if (finding.remedy.empty()) finding.remedy = "give the ports a group by a udev rule, such as dialout";
+  if (finding.remedy.empty()) finding.remedy = "give the ports a group such as dialout by a udev rule";
   return finding;
 }
 
@@ -77,12 +77,12 @@ Finding rule_finding() {
     return finding;
   }
   if (geteuid() == 0) {
-    finding.found = "none, and root needs none";
+    finding.found = "none, but root needs none";
     return finding;
   }
   finding.grade = Grade::degraded;
   finding.found = "none";
-  finding.cost = "USB devices can be opened by root alone";
+  finding.cost = "only root can open USB devices";
   finding.remedy = "sudo cp " + shipped_rule() +
                    " /etc/udev/rules.d/ && sudo udevadm control --reload # then plug the device in anew";
   return finding;

@@ -154,7 +154,7 @@ int tell_result(const RunResult& result, const Shown& shown, const std::string& 
     return 1;
   }
   if (!shown.any && result.interrupted) {
-    fmt::print("  ended before the device had shown a position\n");
+    fmt::print("  ended before the device showed a position\n");
     return 0;
   }
   if (!shown.any) {
@@ -162,7 +162,7 @@ int tell_result(const RunResult& result, const Shown& shown, const std::string& 
     return 1;
   }
   const Vec3 way = shown.most - shown.least;
-  fmt::print("  {}: x {:.2f} y {:.2f} z {:.2f} mm of way; {:.0f} cycles, age of a sample p99 {:.2f} ms\n", what,
+  fmt::print("  {}: moved x {:.2f} y {:.2f} z {:.2f} mm; {:.0f} cycles, age of a sample p99 {:.2f} ms\n", what,
              1e3 * way.x, 1e3 * way.y, 1e3 * way.z, result.metric("device.link.cycles"),
              1e-3 * result.metric("device.link.age_us.p99"));
   return 0;
@@ -232,15 +232,15 @@ bool confirmed(const std::string& question, bool yes, const std::atomic<int>& in
 int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial& trial, Registry& registry,
                const std::atomic<int>& interrupted) {
   registry.add<TrialForce>();
-  fmt::print("  {} ({}): where it is, without a force\n", device.name, device.info->type);
+  fmt::print("  {} ({}): its position, without a force\n", device.name, device.info->type);
   const double watch = std::max(trial.seconds, 0.5);
   std::vector<std::string> notes, told_already;
   Shown at_rest, moved;
   const RunResult watched = run_trial(trial_graph(graph, device, 0, 1, watch, registry), interrupted, at_rest, notes);
   if (const int code = tell_result(watched, at_rest, "moved"); code != 0 || watched.interrupted) return code;
   for (const std::string& note : notes) fmt::print("  Note: {}\n", note);
-  const std::string question = fmt::format(
-      "  Give it up to {:g} N, along x, y and z of the scene and back, for {:g} s?", trial.force, 6 * trial.seconds);
+  const std::string question = fmt::format("  Apply up to {:g} N along x, y and z of the scene and back, for {:g} s?",
+                                           trial.force, 6 * trial.seconds);
   if (!confirmed(question, trial.yes, interrupted)) {
     fmt::print("  no force was given\n");
     return 0;

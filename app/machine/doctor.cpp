@@ -77,7 +77,7 @@ std::string findings_text(const std::vector<Finding>& findings, bool coloured) {
 }
 
 std::string trial_table(const Diagnosis& diagnosis) {
-  std::string out = fmt::format("  A loop at {:g} Hz for {:g} s each, doing nothing; wake-up latency in us:\n\n",
+  std::string out = fmt::format("  An empty loop at {:g} Hz for {:g} s each; wake-up latency in us:\n\n",
                                 diagnosis.rate, diagnosis.length.seconds());
   out += fmt::format("  {:<23}{:<22}{:>9}{:>9}{:>9}{:>9}{:>13}\n", "policy", "beside it", "p50", "p99", "max", "missed",
                      "page faults");

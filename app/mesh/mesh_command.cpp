@@ -85,7 +85,7 @@ fs::path result_file(const fs::path& file, const ResultsRequest& results) {
   static_cast<void>(format_of_ending(results.out->string()));
   std::error_code ignored;
   if (fs::equivalent(file, *results.out, ignored)) {
-    throw InputError(fmt::format("--out {}: expected another file than the mesh itself", results.out->string()));
+    throw InputError(fmt::format("--out {}: expected a file other than the mesh itself", results.out->string()));
   }
   return results_file(*results.out, {}, results);
 }
@@ -147,7 +147,7 @@ std::string moved_text(const MeshChange& change, double diagonal) {
   std::vector<std::string> gone;
   if (!change.removed.empty()) gone.push_back(fmt::format("the {} removed", counted(change.removed.size(), "face")));
   if (!change.inside.empty()) {
-    gone.push_back(fmt::format("what lies inside now, {:.3g} % of its area", 100 * change.inside_share));
+    gone.push_back(fmt::format("the part that lies inside now, {:.3g} % of its area", 100 * change.inside_share));
   }
   const std::string but_gone = gone.empty() ? "" : fmt::format(", but for {},", fmt::join(gone, " and "));
   const std::string but_filled = change.filled.empty()

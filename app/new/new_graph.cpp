@@ -103,9 +103,8 @@ SceneMesh scene_mesh(const fs::path& path) {
     text += moved_text(change, diagonal);
     if (!change.filled.empty()) {
       text += fmt::format(
-          "  look whether the body is to be solid where a hole was: the {:g} % that a surface may move here does not "
-          "count "
-          "what fills holes\n",
+          "  check whether the body should be solid where a hole was: the limit of {:g} % on the motion of the surface "
+          "ignores the faces that fill holes\n",
           100 * most_moved);
     }
     text.pop_back();

@@ -41,13 +41,13 @@ std::string trace_text(const RunResult& result, const NodeCost& node) {
 CostTraces::CostTraces(fs::path folder, const Plan& plan) : folder_(std::move(folder)) {
   if (plan.graph.clock == Clock::real && plan.graph.live.impose_cost) {
     throw InputError(
-        "--record-costs: expected a graph whose steps take as long as they take, found live.impose_cost: true; write "
-        "--set live.impose_cost=false");
+        "--record-costs: expected a graph that imposes no costs, found live.impose_cost: true; add --set "
+        "live.impose_cost=false");
   }
   const std::string place = fmt::format("--record-costs {}: ", folder_.string());
   std::error_code error;
   if (fs::exists(fs::symlink_status(folder_, error))) {
-    throw InputError(place + "expected a folder that is not there yet, found one of that name; choose another name");
+    throw InputError(place + "expected a folder that does not exist yet, found one of that name; choose another name");
   }
   fs::create_directories(folder_, error);
   if (error) throw InputError(place + "cannot make this folder: " + error.message());

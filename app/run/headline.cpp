@@ -21,7 +21,7 @@ std::string port_text(const RunResult& result) {
   const double passive = result.metric("stability.passive");
   if (!std::isfinite(passive)) return {};
   if (passive > 0) return ", port passive";
-  return fmt::format(", port not passive: it gave {} J, a tick and a rounding make {} J",
+  return fmt::format(", port not passive: it gave {} J, while one tick and one rounding explain {} J",
                      pretty(result.metric("port.energy_generated_J")), pretty(result.metric("port.energy_allowed_J")));
 }
 
@@ -33,9 +33,9 @@ std::string stability_text(const RunResult& result) {
     case StabilityVerdict::stable:
       return "stable" + port_text(result);
     case StabilityVerdict::limit_cycle:
-      return "limit cycle: the tool went on oscillating while it was to be at rest";
+      return "limit cycle: the tool kept oscillating when it should have been at rest";
     case StabilityVerdict::pushed_through:
-      return "pushed through: the tool rested where the static balance does not allow it";
+      return "pushed through: the tool came to rest where the static balance does not allow it";
     case StabilityVerdict::energy:
       return fmt::format("unstable: {} J of energy came from nowhere",
                          pretty(result.metric("stability.passivity_violation_J")));
@@ -52,13 +52,13 @@ std::string verdict_text(const RunResult& result) {
   if (result.failure) {
     text = fmt::format("failed after {} s", pretty(result.duration_s));
   } else if (result.interrupted && !result.live) {
-    text = fmt::format("interrupted after {} s of {} s; the metrics are of that part", pretty(result.duration_s),
+    text = fmt::format("interrupted after {} s of {} s; the metrics cover that part", pretty(result.duration_s),
                        pretty(result.planned_s));
   } else if (result.interrupted) {
     text = fmt::format("ended early, after {} s of {} s", pretty(result.duration_s), pretty(result.planned_s));
   } else {
     text = fmt::format("done, {} s", pretty(result.duration_s));
-    if (result.reference_interrupted) text += "; its reference run was interrupted, so no error is told";
+    if (result.reference_interrupted) text += "; its reference run was interrupted, so there are no errors";
   }
   // Of a blind run it would tell how hard the walls were.
   const std::string stability = result.blind ? "" : stability_text(result);
@@ -185,9 +185,10 @@ std::vector<std::string> warnings_of(const RunResult& result) {
     texts.push_back(
         fmt::format("dropped {} of {} messages on {}", edge.metrics.dropped, edge.metrics.delivered, edge.edge));
   }
-  if (result.blind && dropped > 0) texts.push_back(fmt::format("dropped {} messages; summary.json has where", dropped));
+  if (result.blind && dropped > 0)
+    texts.push_back(fmt::format("dropped {} messages; summary.json tells where", dropped));
   if (!result.warmth.since && !result.failure && !result.interrupted && !result.abandoned) {
-    texts.push_back(fmt::format("{} never was warm ({}): the metrics are those of a cold start; make the run longer",
+    texts.push_back(fmt::format("{} was never warm ({}): the metrics cover a cold start; make the run longer",
                                 result.warmth.last, result.warmth.when));
   }
   if (const std::string text = dynamics_warning(result); !text.empty()) texts.push_back(text);
@@ -219,7 +220,7 @@ std::string headline_text(const RunResult& result, const std::string& report, bo
   const std::string title = result.title.empty() ? "" : ": " + result.title;
   return wrapped(fmt::format("\n{}{} (seed {})\n", result.graph, title, result.seed), columns) + table.text(columns) +
          wrapped(fmt::format("  {:<8}  {}\n", "report", report), columns) +
-         (result.blind ? "  (the run was blind: what the force was like is in the report alone)\n"
+         (result.blind ? "  (the run was blind: only the report describes the force)\n"
           : all        ? ""
                        : "  (--all prints every metric)\n");
 }

@@ -25,12 +25,12 @@ void refuse_bad_values(const MessageBatch& batch, const fs::path& recording, con
   for (std::size_t i = 0; i < batch.size(); ++i) {
     const double at = batch.stamp(i).valid.seconds();
     if (i > 0 && batch.stamp(i).valid <= batch.stamp(i - 1).valid) {
-      throw InputError(fmt::format("{}: stream {}: expected times that grow, found {} s after {} s (message {})",
+      throw InputError(fmt::format("{}: stream {}: expected increasing times, found {} s after {} s (message {})",
                                    recording.string(), stream.name, at, batch.stamp(i - 1).valid.seconds(), i));
     }
     if (i > 0 && batch.stamp(i).valid - batch.stamp(i - 1).valid > longest_gap) {
       throw InputError(
-          fmt::format("{}: stream {}: expected a value every {} s at the least, found none from {:.6g} s to {:.6g} s",
+          fmt::format("{}: stream {}: expected a value at least every {} s, found none from {:.6g} s to {:.6g} s",
                       recording.string(), stream.name, longest_gap.seconds(), batch.stamp(i - 1).valid.seconds(), at));
     }
     if (!is_wrench) continue;
@@ -59,8 +59,9 @@ ReferenceStream read_stream(RecordingReader& reader, const std::string& name, co
                                  batch.size() == 0 ? "none" : fmt::format("the last at {} s", end.seconds())));
   }
   if (batch.stamp(0).valid > Time{} + may_lack) {
-    throw InputError(fmt::format("{}: stream {}: expected values from the begin of the run on, found the first at {} s",
-                                 path.string(), name, batch.stamp(0).valid.seconds()));
+    throw InputError(
+        fmt::format("{}: stream {}: expected values from the beginning of the run, found the first at {} s",
+                    path.string(), name, batch.stamp(0).valid.seconds()));
   }
   ReferenceStream found;
   for (std::size_t i = 0; i < batch.size(); ++i) {
@@ -80,8 +81,8 @@ void refuse_unknown_paths(const Plan& plan) {
   }
   if (!must_be_followed(PlanNodes(plan))) return;
   throw InputError(graph +
-                   ": expected a hand whose path does not depend on the forces, as it did not when the recording was "
-                   "made; found a device in closed loop; add --set NODE.loop=open");
+                   ": expected a hand whose path does not depend on the forces, because the recording has only one "
+                   "path; found a device in closed loop; add --set NODE.loop=open");
 }
 
 }  // namespace
@@ -98,8 +99,8 @@ Reference recorded_reference(const fs::path& recording, const Plan& plan) {
   }
   if (reference.empty()) {
     throw InputError(plan.graph.file.string() +
-                     ": expected a node that judges the run, such as sink.metrics with an edge into `force`, found "
-                     "none; a reference is for that");
+                     ": expected a node that compares the run with a reference, such as sink.metrics with an edge into "
+                     "`force`, found none");
   }
   return reference;
 }

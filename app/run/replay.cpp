@@ -19,12 +19,12 @@ Plan recorded_plan(const RecordingHeader& header, Registry& registry) {
 void replay_recording(const std::filesystem::path& recording, const std::filesystem::path& folder, Registry& registry) {
   const std::unique_ptr<RecordingReader> reader = load_record_library().open(recording);
   if (!reader->complete()) {
-    throw InputError(recording.string() + " cannot be replayed: its run did not close it");
+    throw InputError(recording.string() + " cannot be replayed: its run ended without closing it");
   }
   const Plan plan = recorded_plan(reader->header(), registry);
   if (plan.graph.clock != Clock::real) {
     throw InputError(recording.string() +
-                     " is of a run under the virtual clock; run its graph again, which gives the same");
+                     " comes from a run under the virtual clock; run its graph again to get the same result");
   }
   const RunLog log = read_run_log(*reader, plan);
   Session session(plan, {.replay = &log});

@@ -97,7 +97,7 @@ Time judged_from(const Warmth& warmth, const RunOptions& options) {
   if (options.judge_whole) return {};
   if (!options.judge_from) return warmth.since.value_or(Time{});
   if (warmth.since && *warmth.since <= *options.judge_from) return *options.judge_from;
-  throw RunError(fmt::format("node {} is not warm at {} s, from when on the run is judged: {}", warmth.last,
+  throw RunError(fmt::format("node {} is not warm at {} s, where the metrics begin: {}", warmth.last,
                              options.judge_from->seconds(), warmth.when));
 }
 

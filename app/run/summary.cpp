@@ -106,7 +106,7 @@ std::string dynamics_warning(const RunResult& result) {
   const double damped = result.metric("dynamics_damped_steps"), stopped = result.metric("dynamics_stopped_steps");
   // Without dynamics the metrics are NaN.
   if (!(damped + stopped > 0)) return {};
-  return fmt::format("dynamics: of {:.0f} steps {:.0f} fell back to a damped step and {:.0f} stopped the bodies",
+  return fmt::format("dynamics: of {:.0f} steps, {:.0f} fell back to a damped step and {:.0f} stopped the bodies",
                      result.metric("dynamics_steps"), damped, stopped);
 }
 

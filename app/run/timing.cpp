@@ -56,8 +56,7 @@ std::string taken_text(Repeats repeats) {
   if (repeats.count > 1) {
     return fmt::format("Run times are CPU times, the median of {} repeats{}", repeats.count, before);
   }
-  return fmt::format("Run times are CPU times of a single run each{}, and nothing tells how far repeats would spread",
-                     before);
+  return fmt::format("Run times are CPU times of a single run each{}; how far repeats would spread is unknown", before);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ std::string missing_metrics(const Study& study) {
     if (std::any_of(columns.begin(), columns.end(), [&](const Column& c) { return c.metric == metric; })) continue;
     const MetricInfo* info = study.comparison.info(metric);
     const std::string why = info == nullptr || info->missing.empty() ? "" : "; it is missing where " + info->missing;
-    out += fmt::format("tactor: metrics: {}: no run has reported it{}\n", metric, why);
+    out += fmt::format("tactor: metrics: {}: no run reported it{}\n", metric, why);
   }
   return out;
 }

@@ -82,7 +82,7 @@ int run_study(const StudyRequest& request) {
   }
   CasesOutcome outcome = run_watched(study.cases, registry, options);
   const std::string interrupted =
-      fmt::format("interrupted: {} of {} runs are kept in {}; the same command with --resume goes on",
+      fmt::format("interrupted: {} of {} runs are kept in {}; the same command with --resume continues",
                   outcome.records.size(), study.cases.size() * options.seeds.size(), options.table.string());
   if (outcome.interrupted) throw RunError(interrupted);
   return finish_study(

@@ -12,11 +12,12 @@ namespace tactor {
 
 void add_bundle(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
-      "bundle", "Pack the program, its libraries and studies with all that they read into one archive, for a cluster");
+      "bundle",
+      "Pack the program, its libraries, and studies with every file they read into one archive for a cluster");
   const auto request = std::make_shared<BundleRequest>();
   verb->add_option("studies", request->studies, "Study files (YAML)")->type_name(value_type::study)->required();
-  verb->add_option("--out", request->out, "The archive, NAME.tar.gz")->type_name(value_type::file)->required();
-  verb->add_flag("--overwrite", request->overwrite, "Replace an archive that is there");
+  verb->add_option("--out", request->out, "The archive to write, NAME.tar.gz")->type_name(value_type::file)->required();
+  verb->add_flag("--overwrite", request->overwrite, "Replace an existing archive");
   verb->callback([request, &exit_code] {
     for (std::filesystem::path& study : request->studies) study = named_file(study, study_files);
     write_bundle(*request);

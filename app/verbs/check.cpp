@@ -71,7 +71,7 @@ void add_check(CLI::App& app, int& exit_code) {
   verb->add_option("graphs", arguments->graphs, "Graph files")->type_name(value_type::graph)->required();
   verb->add_flag(
       "--explain", arguments->explained,
-      "Show what runs, the queues, and what was left out and why; a short run tells whether physics fits a tick");
+      "Show what runs, the queues, and what was left out and why; a short run measures whether physics fits in a tick");
   verb->add_flag("--metrics", arguments->with_metrics, "Show the metrics that a run reports");
   arguments->options.add_to(*verb, false);
   verb->callback([arguments, &exit_code] { exit_code = check_graphs(*arguments); });

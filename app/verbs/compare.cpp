@@ -25,7 +25,7 @@ void add_compare(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<CompareArguments>();
   CompareRequest& comparison = arguments->comparison;
   comparison.jobs = cores();
-  verb->add_option("graphs", comparison.graphs, "Graph files; the first is what the others are compared with")
+  verb->add_option("graphs", comparison.graphs, "Graph files; the others are compared with the first")
       ->type_name(value_type::graph)
       ->required();
   arguments->options.add_to(*verb, false);
@@ -34,20 +34,21 @@ void add_compare(CLI::App& app, int& exit_code) {
   verb->add_flag("--brief", comparison.brief,
                  "Print error, delay, smoothness and run time alone; the files hold the rest");
   add_integer(*verb, "--repeats", comparison.repeats, 1, most_repeats,
-              "Runs of each seed whose median run time counts; where several, after one that does not")
+              "Repeats of each seed; the median run time counts. With several, one more run before them does not count")
       ->default_str("1");
-  add_integer(*verb, "--jobs", comparison.jobs, 1, most_jobs, "Reference runs at once (default: the cores)");
-  add_results(*verb, arguments->results,
-              "Folder for the results (default: out/compare, or the first of "
-              "out/compare_2, out/compare_3, ... that holds none)");
-  choose_from(
-      verb->add_option_function<std::string>(
-          "--judge",
-          [&comparison](const std::string& part) {
-            comparison.judge = part == "whole" ? JudgedPart::whole : JudgedPart::warm;
-          },
-          "Which part of the runs is judged: from when all that is compared is warm, or the whole (default: warm)"),
-      {"warm", "whole"});
+  add_integer(*verb, "--jobs", comparison.jobs, 1, most_jobs,
+              "Number of reference runs at once (default: the number of cores)");
+  add_results(
+      *verb, arguments->results,
+      "Folder for the results (default: out/compare, or the first of out/compare_2, out/compare_3, ... that is free)");
+  choose_from(verb->add_option_function<std::string>(
+                  "--judge",
+                  [&comparison](const std::string& part) {
+                    comparison.judge = part == "whole" ? JudgedPart::whole : JudgedPart::warm;
+                  },
+                  "Which part of the runs the metrics cover: warm, from when every compared run is warm, or whole "
+                  "(default: warm)"),
+              {"warm", "whole"});
   verb->callback([arguments, &exit_code] {
     CompareRequest& made = arguments->comparison;
     for (fs::path& graph : made.graphs) graph = named_file(graph, graph_files);

@@ -41,7 +41,7 @@ CLI::App* add_device_verb(CLI::App& device, const std::string& name, const std::
                           DeviceArguments& arguments) {
   CLI::App* verb = device.add_subcommand(name, doc);
   verb->add_option("graph", arguments.graph, "The graph file (YAML)")->type_name(value_type::graph)->required();
-  verb->add_option("--node", arguments.node, "The device, where the graph has several")->type_name(value_type::name);
+  verb->add_option("--node", arguments.node, "The device, if the graph has several")->type_name(value_type::name);
   verb->add_flag("--yes", arguments.trial.yes, "Do not ask");
   return verb;
 }
@@ -52,12 +52,12 @@ void add_device(CLI::App& app, int& exit_code) {
   CLI::App* device = app.add_subcommand("device", "Try or calibrate the device of a graph");
   device->require_subcommand(1);
   const auto trial = std::make_shared<DeviceArguments>();
-  CLI::App* verb =
-      add_device_verb(*device, "test", "Show where it is, and on confirmation give it small forces", *trial);
+  CLI::App* verb = add_device_verb(
+      *device, "test", "Show the position of the device and, after you confirm, apply small forces", *trial);
   add_number(*verb, "--force", trial->trial.force, {.unit = "N", .min = 0, .max = 5}, "The largest force, in N")
       ->default_str(number_text(trial->trial.force));
   add_number(*verb, "--seconds", trial->trial.seconds, {.unit = "s", .min = 0.1, .max = 60},
-             "Of the look at its position, and of each force, in s")
+             "How long to show the position, and how long to apply each force, in s")
       ->default_str(number_text(trial->trial.seconds));
   trial->options.add_to(*verb, false);
   verb->callback([trial, &exit_code] { exit_code = test_device(*trial); });

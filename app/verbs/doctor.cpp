@@ -29,13 +29,13 @@ int look_at_machine(const DoctorArguments& arguments) {
 }  // namespace
 
 void add_doctor(CLI::App& app, int& exit_code) {
-  CLI::App* verb =
-      app.add_subcommand("doctor", "Tell what this machine offers to a real-time loop, and how to fix what it lacks");
+  CLI::App* verb = app.add_subcommand(
+      "doctor", "Check whether this machine can run a real-time loop, and say how to fix what is missing");
   const auto arguments = std::make_shared<DoctorArguments>();
   add_number(*verb, "--seconds", arguments->seconds, {.unit = "s", .min = 0.1, .max = 3600},
-             "Length of each of the loops it tries, in s")
+             "Length of each trial loop, in s")
       ->default_str("1");
-  verb->add_flag("--json", arguments->json, "For programs");
+  verb->add_flag("--json", arguments->json, "Print JSON, for programs");
   verb->callback([arguments, &exit_code] { exit_code = look_at_machine(*arguments); });
 }
 

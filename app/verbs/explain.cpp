@@ -45,13 +45,13 @@ int explain_costs(const ExplainArguments& arguments) {
 }  // namespace
 
 void add_explain(CLI::App& app, int& exit_code) {
-  CLI::App* verb =
-      app.add_subcommand("explain", "What a scene needs and what was left out, with what each costs, by a short run");
+  CLI::App* verb = app.add_subcommand(
+      "explain", "Show what a scene needs, what was left out, and the cost of each, measured by a short run");
   const auto arguments = std::make_shared<ExplainArguments>();
   verb->add_option("graph", arguments->graph, "The graph file")->type_name(value_type::graph)->required();
-  verb->add_flag("--json", arguments->json, "For programs");
+  verb->add_flag("--json", arguments->json, "Print JSON, for programs");
   add_integer(*verb, "--repeats", arguments->repeats, 1, most_repeats,
-              "Runs whose median counts; where several, after one that does not")
+              "Number of runs; the median counts. With several, one more run before them does not count")
       ->default_str("3");
   arguments->options.add_to(*verb, true);
   verb->callback([arguments, &exit_code] { exit_code = explain_costs(*arguments); });

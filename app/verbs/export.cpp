@@ -29,7 +29,7 @@ void export_show(const ExportArguments& arguments) {
   for (const std::filesystem::path& target : {arguments.html, arguments.mcap}) {
     std::error_code ignored;
     if (std::filesystem::equivalent(arguments.recording, target, ignored)) {
-      throw InputError(target.string() + " is the recording itself: choose another file for what is written");
+      throw InputError(target.string() + " is the recording itself: choose another file to write to");
     }
   }
   Registry registry(default_node_folders());

@@ -22,15 +22,15 @@ void GraphOptions::add_to(CLI::App& verb, bool with_seed) {
   add("--over", value_type::method, "Lay a file over the graph, for example `kalman` of graphs/methods",
       [](const std::string& text) { return over_patch(text); });
   add("--set", "PATH=VALUE",
-      "Replace a value, with or without unit: node.parameter=value. Of --over, --set and the others here, a later one "
-      "lies over the earlier",
+      "Replace a value, with or without unit: node.parameter=value. A later --over, --set or other option of this "
+      "group overrides an earlier one",
       [](const std::string& text) { return set_patch(text); });
   if (with_seed) {
-    add("--seed", "SEED", "Seed of everything random (default: the graph's)", [](const std::string& text) {
+    add("--seed", "SEED", "Seed of all random numbers (default: the graph's)", [](const std::string& text) {
       return option_patch("--seed", "seed", std::to_string(option_seed("--seed", text)));
     });
   }
-  add("--duration", "TIME", "Time of the graph's clock to run, as `3 s` (default: the graph's)",
+  add("--duration", "TIME", "How long to run, in time of the graph's clock, such as `3 s` (default: the graph's)",
       [](const std::string& text) {
         return option_patch("--duration", "duration", number_text(option_duration("--duration", text)));
       });
@@ -47,7 +47,7 @@ void load_all_libraries(Registry& registry) {
 
 void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc, const char* type) {
   verb.add_option("--out", results.out, doc)->type_name(type);
-  verb.add_flag("--overwrite", results.overwrite, "Replace the results that are there");
+  verb.add_flag("--overwrite", results.overwrite, "Replace existing results");
 }
 
 unsigned cores() {

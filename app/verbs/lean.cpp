@@ -20,29 +20,30 @@ struct LeanArguments {
 
 void add_lean(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
-      "lean", "Leave out and coarsen what an error budget allows; writes the leanest graph and what each step saved");
+      "lean",
+      "Leave out and coarsen what an error budget allows; writes the cheapest graph found and what each step saved");
   const auto arguments = std::make_shared<LeanArguments>();
   LeanRequest& lean = arguments->lean;
   verb->add_option("graph", lean.graph, "The graph file")->type_name(value_type::graph)->required();
   add_number(*verb, "--budget", lean.budget, {.unit = "N", .min = 0, .above_min = true},
-             "RMS error of the force against the graph's reference run, in N")
+             "Largest allowed RMS error of the force against the graph's reference run, in N")
       ->required();
   add_number(*verb, "--torque-budget", lean.torque_budget, {.unit = "N m", .min = 0},
-             "The same of the torque, in N m (default: the force budget at a lever of 50 mm)");
+             "Largest allowed RMS error of the torque, in N m (default: the force budget at a lever of 50 mm)");
   choose_from(verb->add_option("--metric", lean.metric,
                                "The force that is judged: delivered, as displayed; or physics, "
                                "without delay")
                   ->capture_default_str(),
               {"delivered", "physics"});
   add_integer(*verb, "--seeds", lean.seeds, 1, 100,
-              "Number of seeds, from the graph's; as many others check the result")
+              "Number of seeds, starting with the graph's; the same number of other seeds checks the result")
       ->default_str("1");
   add_integer(*verb, "--repeats", lean.repeats, 1, most_repeats,
-              "Runs of each seed whose median counts; where several, after one that does not")
+              "Repeats of each seed; the median counts. With several, one more run before them does not count")
       ->default_str("3");
   add_results(*verb, lean.results,
-              "The graph that is written, the table beside it as .md and .json (default: "
-              "out/NAME_lean.yaml, or the first of out/NAME_lean_2.yaml, ... that is not there)",
+              "The graph to write; the table goes beside it as .md and .json (default: out/NAME_lean.yaml, or the "
+              "first of out/NAME_lean_2.yaml, ... that is free)",
               value_type::file);
   arguments->options.add_to(*verb, true);
   verb->callback([arguments, &exit_code] {

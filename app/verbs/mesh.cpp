@@ -13,7 +13,7 @@ namespace {
 CLI::App* add_mesh_verb(CLI::App& mesh, const std::string& name, const std::string& doc, MeshRequest& request) {
   CLI::App* verb = mesh.add_subcommand(name, doc);
   verb->add_option("file", request.file, "The mesh: OFF, OBJ, STL or PLY")->type_name(value_type::mesh)->required();
-  verb->add_flag("--json", request.json, "For programs");
+  verb->add_flag("--json", request.json, "Print JSON, for programs");
   return verb;
 }
 
@@ -25,7 +25,7 @@ void add_mesh_length(CLI::App& verb, const std::string& name, MeshLength& length
 }
 
 void add_result(CLI::App& verb, ResultsRequest& results) {
-  add_results(verb, results, "Where the new mesh goes; the ending tells the format: .off, .obj, .stl or .ply",
+  add_results(verb, results, "File for the new mesh; its ending sets the format: .off, .obj, .stl or .ply",
               value_type::file);
   verb.get_option("--out")->required();
 }
@@ -33,28 +33,28 @@ void add_result(CLI::App& verb, ResultsRequest& results) {
 }  // namespace
 
 void add_mesh(CLI::App& app, int& exit_code) {
-  CLI::App* mesh = app.add_subcommand("mesh", "Look at a mesh, repair it, or make it coarser");
+  CLI::App* mesh = app.add_subcommand("mesh", "Check a mesh, repair it, or make it coarser");
   mesh->require_subcommand(1);
 
   const auto check = std::make_shared<MeshCheckRequest>();
-  CLI::App* verb = add_mesh_verb(*mesh, "check", "Whether a graph would take a mesh; exit code 2 where not", *check);
+  CLI::App* verb = add_mesh_verb(*mesh, "check", "Tell whether a graph accepts a mesh; exit code 2 if not", *check);
   add_number(*verb, "--scale", check->scale, {.min = 0, .above_min = true},
              "The `scale` that the graph gives the body (default: none)");
   verb->callback([check, &exit_code] { exit_code = check_mesh(*check); });
 
   const auto info = std::make_shared<MeshRequest>();
-  verb = add_mesh_verb(*mesh, "info", "What there is in a mesh file: size, pieces, volume, mass", *info);
+  verb = add_mesh_verb(*mesh, "info", "Show what a mesh file contains: size, pieces, volume, mass", *info);
   verb->callback([info, &exit_code] { exit_code = show_mesh(*info); });
 
   const auto repair = std::make_shared<MeshRepairRequest>();
-  verb =
-      add_mesh_verb(*mesh, "repair", "Make a solid of a mesh that a graph refuses, and tell how far it moved", *repair);
+  verb = add_mesh_verb(*mesh, "repair",
+                       "Turn a mesh that a graph refuses into a solid, and tell how far the surface moved", *repair);
   add_result(*verb, repair->results);
   add_mesh_length(*verb, "--max-hole", repair->max_hole,
-                  "Fill holes that are at most so wide, in the file's unit, or `30 %` of the diagonal of the mesh "
+                  "Fill holes up to this width, in the file's unit, or such as `30 %` of the diagonal of the mesh "
                   "(default: 60 %, and no sheets, which are more hole than surface)");
   add_mesh_length(*verb, "--merge", repair->merge,
-                  "Make vertices of open edges one that are nearer: likewise (default: 0.01 %)");
+                  "Merge vertices of open edges that are nearer than this, in the same units (default: 0.01 %)");
   verb->add_flag("--wrap", repair->wrap,
                  "As a last resort, make a new surface around everything: closed and rounded, without inner parts");
   verb->callback([repair, verb, &exit_code] {
@@ -63,8 +63,8 @@ void add_mesh(CLI::App& app, int& exit_code) {
   });
 
   const auto decimate = std::make_shared<MeshDecimateRequest>();
-  verb = add_mesh_verb(*mesh, "decimate", "Make a mesh coarser, and tell how far it moved", *decimate);
-  add_integer(*verb, "--faces", decimate->faces, 4, 10'000'000, "How many faces it is to have at most")->required();
+  verb = add_mesh_verb(*mesh, "decimate", "Make a mesh coarser, and tell how far the surface moved", *decimate);
+  add_integer(*verb, "--faces", decimate->faces, 4, 10'000'000, "Largest number of faces of the result")->required();
   add_result(*verb, decimate->results);
   verb->callback([decimate, &exit_code] { exit_code = decimate_mesh(*decimate); });
 }

@@ -63,9 +63,9 @@ int migrate_files(const std::vector<std::filesystem::path>& files) {
 }  // namespace
 
 void add_migrate(CLI::App& app, int& exit_code) {
-  CLI::App* verb = app.add_subcommand("migrate", "Rewrite graphs and studies of an earlier release, comments kept");
+  CLI::App* verb = app.add_subcommand("migrate", "Rewrite graphs and studies of an earlier release, keeping comments");
   const auto files = std::make_shared<std::vector<std::filesystem::path>>();
-  verb->add_option("files", *files, "Graph and study files; they are rewritten where they lie")
+  verb->add_option("files", *files, "Graph and study files; they are rewritten in place")
       ->type_name(value_type::file)
       ->required();
   verb->callback([files, &exit_code] { exit_code = migrate_files(*files); });

@@ -39,7 +39,8 @@ CLI::App* add_kind(CLI::App& verb, const std::string& kind, const std::string& h
                    const std::shared_ptr<NewArguments>& arguments) {
   CLI::App* sub = verb.add_subcommand(kind, help);
   sub->add_option("name", arguments->name, name_help)->type_name(value_type::name)->required();
-  sub->add_option("--in", arguments->folder, "The folder in which the project's folder is made (default: this one)")
+  sub->add_option("--in", arguments->folder,
+                  "The folder in which to make the project's folder (default: the current one)")
       ->type_name(value_type::folder);
   return sub;
 }
@@ -70,7 +71,7 @@ void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, cons
 void add_new_graph(CLI::App& parent, int& exit_code) {
   CLI::App* verb = parent.add_subcommand("graph", "Write a complete scene around a mesh, or around a box");
   const auto request = std::make_shared<NewGraphRequest>();
-  verb->add_option("name", request->name, "Of the scene, and of the folder that is made for it")
+  verb->add_option("name", request->name, "Name of the scene, and of the folder that is made for it")
       ->type_name(value_type::name)
       ->required();
   verb->add_option("--mesh", request->mesh, "The body: OFF, OBJ, STL or PLY; it is copied (default: a box)")
@@ -81,13 +82,13 @@ void add_new_graph(CLI::App& parent, int& exit_code) {
       ->type_name(value_type::method)
       ->capture_default_str();
   add_number(*verb, "--size", request->size, {.unit = "m", .min = 1e-3, .max = 10},
-             "The longest side of the body (default: as the file says, where that is 20 mm to 0.5 m in m or mm)");
+             "The longest side of the body (default: as in the file, if that is 20 mm to 0.5 m when read in m or mm)");
   add_number(*verb, "--young", request->young, {.unit = "Pa", .min = 100, .max = 1e9},
-             "Young's modulus of a body that deforms, as `20 kPa`; it is held at the side away from the ball (default: "
-             "the body is rigid)");
-  verb->add_option("--in", request->folder, "The folder in which the scene's folder is made (default: this one)")
+             "Young's modulus of a deformable body, such as `20 kPa`; it is held at the side away from the ball "
+             "(default: the body is rigid)");
+  verb->add_option("--in", request->folder, "The folder in which to make the scene's folder (default: the current one)")
       ->type_name(value_type::folder);
-  verb->add_flag("--overwrite", request->overwrite, "Replace files that are there");
+  verb->add_flag("--overwrite", request->overwrite, "Replace existing files");
   verb->callback([request, &exit_code] {
     make_new_graph(*request);
     exit_code = 0;
@@ -98,23 +99,22 @@ void add_new_graph(CLI::App& parent, int& exit_code) {
 
 void add_new(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
-      "new", "Write the beginning of a project of your own: a scene around a mesh, a node, a device, a study");
+      "new", "Start a project of your own: a scene around a mesh, a node, a device, a message type or a study");
   verb->require_subcommand(1);
   add_new_graph(*verb, exit_code);
-  const char* library = "The library's name, which stands before the dot of its node types, or both: mylab.smooth";
-  add_project(*verb, ProjectKind::node, "node", "A node in C++, a predictor to begin with, with a graph and a test",
+  const char* library = "The library's name, which comes before the dot in its node types, or both: mylab.smooth";
+  add_project(*verb, ProjectKind::node, "node", "A node in C++ (a predictor, as a start), with a graph and a test",
               library);
   add_project(*verb, ProjectKind::device, "device",
-              "A device on a line of its own, with a program that stands in for the machine, a graph and a test",
-              library);
+              "A device on a line of its own, with a program that emulates the hardware, a graph and a test", library);
   add_project(*verb, ProjectKind::message, "message",
               "A message type of your own, with nodes that send and read it, a graph and a test",
-              "The library's name, which stands before the dot of its types: mylab");
+              "The library's name, which comes before the dot in its types: mylab");
   const auto arguments = std::make_shared<NewArguments>();
   CLI::App* study = add_kind(*verb, "study", "A study of several methods on a graph", "The study's name", arguments);
   study
       ->add_option("--graph", arguments->graph,
-                   "The scene that it runs, without prediction: methods are laid over it (default: wall/scene)")
+                   "The scene to run, without prediction; the methods are laid over it (default: wall/scene)")
       ->type_name(value_type::graph);
   study->callback([arguments] {
     const fs::path graph = named_file(arguments->graph, graph_files);

@@ -88,7 +88,7 @@ std::string param_text(const ParamInfo& param) {
 std::string trigger_text(const InputInfo& input) {
   std::string out = input.required ? "required" : "optional";
   if (input.trigger == Trigger::yes) out += ", makes the node step";
-  if (input.trigger == Trigger::when_alone) out += ", makes the node step where nothing else does";
+  if (input.trigger == Trigger::when_alone) out += ", makes the node step if nothing else does";
   out += ", " + queue_text(input.queue);
   return out;
 }

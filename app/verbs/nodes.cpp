@@ -49,7 +49,7 @@ int list_nodes(const std::string& type) {
 }  // namespace
 
 void add_nodes(CLI::App& app, int& exit_code) {
-  CLI::App* verb = app.add_subcommand("nodes", "List the node types, or tell everything about one");
+  CLI::App* verb = app.add_subcommand("nodes", "List the node types, or describe one in full");
   const auto type = std::make_shared<std::string>();
   verb->add_option("type", *type, "A node type, for example prediction.ar, or FILE.py:Class")
       ->type_name(value_type::node_type);

@@ -28,14 +28,13 @@ void open_in_browser(const std::string& url) {
 }  // namespace
 
 void PageOptions::add_to(CLI::App& verb, CLI::Option* needed) {
-  CLI::Option* at = verb.add_option("--port", ports.page, "Port of the page (default: any that is free)")
-                        ->type_name(value_type::port);
+  CLI::Option* at =
+      verb.add_option("--port", ports.page, "Port of the page (default: any free port)")->type_name(value_type::port);
   CLI::Option* closed = verb.add_flag("--no-open", no_open, "Print the address of the page without opening it");
   // A text: CLI11 takes numbers behind flags for counts, and checks none of them.
   CLI::Option* foxglove =
       verb.add_flag("--foxglove{8765}", foxglove_port,
-                    "Serve scene, frames and curves to Foxglove and Lichtblick too, on port 8765 or "
-                    "--foxglove=PORT")
+                    "Also serve scene, frames and curves to Foxglove and Lichtblick, on port 8765 or --foxglove=PORT")
           ->type_name(value_type::port)
           ->check(CLI::Range(0, 65535).description(""))
           ->each([this](const std::string& given) { ports.foxglove = static_cast<std::uint16_t>(std::stoi(given)); });

@@ -21,7 +21,7 @@ struct ReplayArguments {
 }  // namespace
 
 void add_replay(CLI::App& app, int& exit_code) {
-  CLI::App* verb = app.add_subcommand("replay", "Make a recorded live run again, the same to the byte");
+  CLI::App* verb = app.add_subcommand("replay", "Repeat a recorded live run, byte for byte");
   const auto arguments = std::make_shared<ReplayArguments>();
   verb->add_option("recording", arguments->recording, "The recording of a live run (HDF5)")
       ->type_name(value_type::recording)

@@ -132,23 +132,22 @@ void add_run(CLI::App& app, int& exit_code) {
   verb->add_option("graph", arguments->graph, "The graph file (YAML)")->type_name(value_type::graph)->required();
   arguments->options.add_to(*verb, true);
   add_results(*verb, arguments->results,
-              "Folder for the results (default: out/NAME, or the first of out/NAME_2, "
-              "out/NAME_3, ... that holds none)");
-  verb->add_flag("--all", arguments->all, "Print every metric, and what each node took; not of a blind experiment");
+              "Folder for the results (default: out/NAME, or the first of out/NAME_2, out/NAME_3, ... that is free)");
+  verb->add_flag("--all", arguments->all,
+                 "Print every metric, and the time that each node took; not for a blind experiment");
   verb->add_option("--record-costs", arguments->costs,
-                   "A folder that is not there yet, for what each step outside of the real-time lane took: a file "
-                   "NODE.csv a node, which `cost: {trace: NODE.csv}` reads")
+                   "A new folder for the times of all steps outside the real-time lane: one file NODE.csv per node, "
+                   "which `cost: {trace: NODE.csv}` reads")
       ->type_name(value_type::folder);
-  verb->add_flag(
-      "--follow", arguments->follow,
-      "With clock: real, let a reference follow the run, so that error and delay are known while it goes on");
+  verb->add_flag("--follow", arguments->follow,
+                 "With clock: real, let a reference follow the run, so that error and delay are known during the run");
   verb->add_option("--reference", arguments->reference,
-                   "A recording that judges the run instead of a reference run: its streams have the names of the "
-                   "outputs that feed the judge, such as coupling.force")
+                   "A recording to use instead of a reference run: its streams have the names of the outputs that feed "
+                   "the metrics node, such as coupling.force")
       ->type_name(value_type::recording);
-  CLI::Option* view = verb->add_flag(
-      "--view", arguments->view,
-      "Show the run in the browser while it goes on; under the virtual clock it then takes as long as it lasts");
+  CLI::Option* view =
+      verb->add_flag("--view", arguments->view,
+                     "Show the run in the browser as it happens; under the virtual clock it then runs in real time");
   arguments->page.add_to(*verb, view);
   verb->callback([arguments, &exit_code] { exit_code = run_graph(*arguments); });
 }

@@ -31,29 +31,28 @@ void add_cluster_options(CLI::App& verb, StudyArguments& arguments) {
                 arguments.cluster.system = named_file(name, cluster_files);
                 arguments.is_for_cluster = true;
               },
-              "Hand the study to a cluster: slurm, local (processes of this machine), or a cluster file")
+              "Run the study on a cluster: slurm, local (processes of this machine), or a cluster file")
           ->type_name("slurm|local|FILE")
           ->group("Cluster");
   const auto about_cluster = [](CLI::Option* option) { return option->group("Cluster"); };
   about_cluster(verb.add_option("--partition", cluster.partition, "Partition, or queue")->type_name(value_type::name));
-  about_cluster(verb.add_option("--account", cluster.account, "Account that is charged")->type_name(value_type::name));
-  about_cluster(
-      add_duration(verb, "--time", cluster.time_s,
-                   "Time limit of each task (default: five times what it is expected to take, 30 min at least)"));
-  about_cluster(
-      verb.add_option("--sbatch-option", cluster.options,
-                      "A further word for the command that submits, such as --constraint=NAME; may be repeated")
-          ->type_name("WORD")
-          ->allow_extra_args(false));
-  about_cluster(add_duration(verb, "--chunk", cluster.chunk_s, "What a task is to take (default: 120 s)"))
+  about_cluster(verb.add_option("--account", cluster.account, "Account to charge")->type_name(value_type::name));
+  about_cluster(add_duration(verb, "--time", cluster.time_s,
+                             "Time limit of each task (default: five times the expected time, at least 30 min)"));
+  about_cluster(verb.add_option("--sbatch-option", cluster.options,
+                                "A further option for the submit command, such as --constraint=NAME; may be repeated")
+                    ->type_name("WORD")
+                    ->allow_extra_args(false));
+  about_cluster(add_duration(verb, "--chunk", cluster.chunk_s, "Intended run time of a task (default: 120 s)"))
       ->needs(system);
   about_cluster(verb.add_flag("--exclusive", cluster.exclusive,
-                              "Ask for nodes of its own for each task, for run times that nothing disturbs"))
+                              "Ask for exclusive nodes for each task, for undisturbed run times"))
       ->needs(system);
-  about_cluster(verb.add_flag("--wait", cluster.wait, "Wait until it is done, with a bar; then print the tables"));
+  about_cluster(verb.add_flag("--wait", cluster.wait,
+                              "Wait until the study is done, with a progress bar; then print the tables"));
   CLI::Option* status = about_cluster(
-      verb.add_flag("--status", arguments.status, "Tell how far the study of this folder, or of this name, is"));
-  about_cluster(verb.add_flag("--cancel", arguments.cancel, "End its tasks; what has been made is kept"))
+      verb.add_flag("--status", arguments.status, "Show the progress of the study in this folder, or of this name"));
+  about_cluster(verb.add_flag("--cancel", arguments.cancel, "End the study's tasks; finished results are kept"))
       ->excludes(status)
       ->excludes(system);
   status->excludes(system);
@@ -81,16 +80,16 @@ int run_handed_over(const std::filesystem::path& out, StudyArguments& made) {
     if (!is_cluster_study(study.file)) {
       study.file = named_file(study.file, study_files);
     } else if (changes_study(study)) {
-      throw InputError(study.file.string() +
-                       ": --resume: expected no option that changes the study; to begin anew name the study, with "
-                       "--overwrite");
+      throw InputError(
+          study.file.string() +
+          ": --resume: expected no option that changes the study; to start anew, name the study file with --overwrite");
     }
     return resume_cluster_study(out, study, made.cluster);
   }
   if (made.cluster.wait) return wait_for_cluster_study(out);
   throw InputError(out.string() +
-                   ": expected --status, --wait, --cancel or --resume, since this is a study on a cluster; to begin "
-                   "anew name the study, with --overwrite");
+                   ": expected --status, --wait, --cancel or --resume, since this is a study on a cluster; to start "
+                   "anew, name the study file with --overwrite");
 }
 
 int run(StudyArguments& made) {
@@ -124,7 +123,7 @@ int run(StudyArguments& made) {
     return run_study(study);
   }
   if (study.resume) {
-    throw InputError("--resume: expected no --cluster, which the study of that folder has already");
+    throw InputError("--resume: expected no --cluster, because the study in that folder already has one");
   }
   return run_study_on_cluster(study, made.cluster);
 }
@@ -133,32 +132,33 @@ int run(StudyArguments& made) {
 
 void add_study(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
-      "study", "Run graphs by methods by values over seeds, into one table that survives anything, and report on it");
+      "study",
+      "Run every combination of graphs, methods and values over seeds into one crash-proof table, and report on it");
   const auto arguments = std::make_shared<StudyArguments>();
   StudyRequest& study = arguments->study;
   study.jobs = cores();
-  verb->add_option("study", study.file, "The study file (YAML); or the folder of a study on a cluster")
+  verb->add_option("study", study.file, "The study file (YAML), or the folder of a study on a cluster")
       ->type_name(value_type::study)
       ->required();
   arguments->options.add_to(*verb, false);
   add_integer(*verb, "--seeds", study.seeds, 1, most_seeds, "Number of seeds (default: the study's)");
   add_seed(*verb, "--first-seed", study.first_seed, "The first seed (default: the study's)");
   add_integer(*verb, "--repeats", study.repeats, 1, most_repeats,
-              "Runs of each seed, for the median of its run time; with one more that does not count where there are "
-              "several (default: the study's)");
-  add_integer(
-      *verb, "--jobs", study.jobs, 1, most_jobs,
-      "Runs at once (default: the cores), on a cluster those that are measured first; only run times depend on it");
+              "Repeats of each seed; the median run time counts. With several, one more run before them does not count "
+              "(default: the study's)");
+  add_integer(*verb, "--jobs", study.jobs, 1, most_jobs,
+              "Number of runs at once (default: the number of cores); on a cluster, of the runs measured first. Only "
+              "run times depend on it");
   verb->add_option("--out", study.out, "Folder for the results (default: out/NAME)")->type_name(value_type::folder);
-  CLI::Option* resume = verb->add_flag("--resume", study.resume, "Go on with the runs that the folder has");
-  verb->add_flag("--overwrite", study.overwrite, "Begin anew where the folder has runs")->excludes(resume);
-  verb->add_flag("--short", study.is_short, "Use what the study says under `short`");
+  CLI::Option* resume = verb->add_flag("--resume", study.resume, "Continue with the runs already in the folder");
+  verb->add_flag("--overwrite", study.overwrite, "Start anew even if the folder has runs")->excludes(resume);
+  verb->add_flag("--short", study.is_short, "Use the settings of the study's key `short`");
   choose_from(
       verb->add_option_function<std::string>(
           "--judge",
           [&study](const std::string& part) { study.judge = part == "whole" ? JudgedPart::whole : JudgedPart::warm; },
-          "Which part of the runs is judged: from when all that is compared is warm, or the whole (default: the "
-          "study's)"),
+          "Which part of the runs the metrics cover: warm, from when every compared run is warm, or whole (default: "
+          "the study's)"),
       {"warm", "whole"});
   add_cluster_options(*verb, *arguments);
   verb->callback([arguments, &exit_code] { exit_code = run(*arguments); });

@@ -22,7 +22,7 @@ struct TaskArguments {
 
 void add_task(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
-      "task", "Make one task of a study on a cluster; the job scripts that tactor study --cluster writes call this");
+      "task", "Run one task of a study on a cluster; the job scripts that tactor study --cluster writes call this");
   // People call it where they look for what went wrong, and the help of the command is for what they do each day.
   verb->group("");
   const auto arguments = std::make_shared<TaskArguments>();
@@ -30,9 +30,10 @@ void add_task(CLI::App& app, int& exit_code) {
   verb->add_option("out", arguments->out, "The folder of the study's results")
       ->type_name(value_type::folder)
       ->required();
-  add_integer(*verb, "submission", arguments->submission, 0, most, "Which file of OUT/cluster/jobs names the tasks")
+  add_integer(*verb, "submission", arguments->submission, 0, most,
+              "Number of the file in OUT/cluster/jobs that lists the tasks")
       ->required();
-  add_integer(*verb, "index", arguments->index, 0, most, "Which of these")->required();
+  add_integer(*verb, "index", arguments->index, 0, most, "Index of the task in that file")->required();
   verb->callback([arguments, &exit_code] {
     exit_code = run_cluster_task(arguments->out, static_cast<std::size_t>(arguments->submission),
                                  static_cast<std::size_t>(arguments->index));

@@ -60,7 +60,7 @@ ShowOptions show_options(ProgressBar& bar, const ViewOptions& options) {
 int view_recording(const ViewArguments& arguments, Registry& registry, const ViewOptions& options) {
   if (!arguments.options.overrides.empty() || options.own_device || options.recording) {
     throw InputError(
-        "a recording is shown as it was: --set, --over, --duration, --seed, --device and --record are for graphs");
+        "a recording is shown unchanged: --set, --over, --duration, --seed, --device and --record are for graphs");
   }
   if (options.ports.foxglove) {
     throw InputError("--foxglove is for live runs; `tactor export RECORDING --mcap FILE` gives Foxglove a recording");
@@ -102,7 +102,7 @@ int draw_picture(const ViewArguments& arguments, Registry& registry, const ViewO
     drawing.height = 360;
     write_animation(show, arguments.picture, animation_frames, animation_seconds, drawing);
   } else {
-    throw InputError("--picture: expected a name that ends in .png, or in .svg for one that moves, found " +
+    throw InputError("--picture: expected a name that ends in .png, or in .svg for an animation, found " +
                      arguments.picture.string());
   }
   return 0;
@@ -152,25 +152,24 @@ void add_view(CLI::App& app, int& exit_code) {
       ->required();
   arguments->options.add_to(*verb, true);
   choose_from(
-      verb->add_option("--device", arguments->device, "What leads the tool: the mouse, or the device of the graph")
+      verb->add_option("--device", arguments->device, "What moves the tool: the mouse, or the device of the graph")
           ->capture_default_str(),
       {"mouse", "graph"});
   arguments->page.add_to(*verb);
-  verb->add_flag(
-      "--no-reference", arguments->no_reference,
-      "Run no reference beside it, which tells error and delay and takes a core where there is one to spare");
+  verb->add_flag("--no-reference", arguments->no_reference,
+                 "Run no reference beside it. The reference gives error and delay, and uses a core if one is free");
   verb->add_option("--record", arguments->recording, "Record the run into this file (HDF5), for a replay")
       ->type_name(value_type::recording);
   CLI::Option* picture =
       verb->add_option("--picture", arguments->picture,
-                       "Draw a picture of the run into this file instead: .png, or .svg for one that moves")
+                       "Write a picture of the run to this file instead: .png, or .svg for an animation")
           ->type_name(value_type::file);
   for (const char* option : {"--port", "--foxglove", "--no-open", "--record"})
     picture->excludes(verb->get_option(option));
-  verb->add_option("--time", arguments->time, "The moment of the picture, s (default: where the force is largest)")
+  verb->add_option("--time", arguments->time, "The time of the picture, s (default: when the force is largest)")
       ->type_name("SECONDS")
       ->needs(picture);
-  verb->add_flag("--page", arguments->whole_page, "Draw the whole page, not the scene alone")->needs(picture);
+  verb->add_flag("--page", arguments->whole_page, "Draw the whole page instead of the scene only")->needs(picture);
   verb->callback([arguments, &exit_code] { exit_code = view(*arguments); });
 }
 

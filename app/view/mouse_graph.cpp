@@ -73,12 +73,12 @@ const NodeSpec& device_of(const GraphSpec& graph) {
   for (const NodeSpec& node : graph.nodes) {
     if (!node.info->actuator) continue;
     if (found != nullptr) {
-      throw InputError("a page leads one device, and the graph has " + found->name + " and " + node.name +
+      throw InputError("a page controls one device, and the graph has " + found->name + " and " + node.name +
                        "; --device graph keeps them");
     }
     found = &node;
   }
-  if (found == nullptr) throw InputError("the graph " + graph.name + " has no device that a page could lead");
+  if (found == nullptr) throw InputError("the graph " + graph.name + " has no device that a page could control");
   return *found;
 }
 

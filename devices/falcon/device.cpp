@@ -32,7 +32,7 @@ std::vector<std::string> discover(std::vector<std::string>&) {
   const auto tell = [&lines](const UsbDeviceInfo& info) {
     std::string line = "falcon: Novint Falcon";
     if (!info.path.empty()) line += ", at " + info.path;
-    if (!info.may_open) line += "; this user may not open it: `tactor doctor` says how to let them";
+    if (!info.may_open) line += "; this user may not open it: `tactor doctor` says how to allow it";
     lines.push_back(line + " (type: falcon.device)");
   };
   const UsbNumbers kind[] = {{falcon::vendor, falcon::product}};
@@ -79,14 +79,13 @@ NodeInfo Falcon::declare() {
   using P = Params;
   Declare<Falcon> declaration("falcon.device", "A Novint Falcon.");
   declaration.details(
-      "Through its FTDI chip by libusb, with packets at 1 kHz. The firmware is not ours to ship: `firmware` is the "
-      "path "
-      "of the image that came with the device's driver; a device that has it already needs none. After it was switched "
-      "on, a person homes it by pulling the handle out and pushing it in; until then, and whenever a packet says that "
-      "an encoder has no zero, its motors get nothing. Positions by the delta geometry that libnifalcon publishes, "
-      "with z along the handle's way out; torques J^T F. docs/howto/usb.md tells more.");
-  declaration.file("firmware", &P::firmware, false, "the firmware image; empty: the device has it")
-      .text("serial", &P::serial, "", "serial number of the device, where several are attached; empty: any")
+      "It is driven through its FTDI chip by libusb, with packets at 1 kHz. Tactor may not ship the firmware: "
+      "`firmware` is the path of the image that came with the device's driver; a device that already has its firmware "
+      "needs none. After switching it on, home it by pulling the handle out and pushing it in. Until then, and "
+      "whenever a packet says that an encoder has no zero, the motors get no force. Positions by the delta geometry "
+      "that libnifalcon publishes, with z along the handle's way out; torques J^T F. docs/howto/usb.md tells more.");
+  declaration.file("firmware", &P::firmware, false, "the firmware image; empty: the device already has it")
+      .text("serial", &P::serial, "", "serial number of the device, if several are attached; empty: any")
       .text("file", &P::file, "", "the device's file (/dev/bus/usb/...) instead of a search; empty: search");
   HardwareParams defaults;
   defaults.connect_timeout = Duration{60'000'000'000};  // firmware and homing by hand

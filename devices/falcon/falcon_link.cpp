@@ -71,10 +71,10 @@ void FalconLink::received(std::span<const std::uint8_t> bytes) {
 bool FalconLink::request(std::uint8_t request, std::uint16_t value, LinkFailure& failure) {
   const UsbResult result = port_->control(falcon::to_chip, request, value, 0, {}, request_timeout);
   if (result == UsbResult::ok) return true;
-  failure =
-      result == UsbResult::disconnected
-          ? failure_of(result)
-          : LinkFailure{LinkError::identity, "its serial chip does not take request " + std::to_string(request), true};
+  failure = result == UsbResult::disconnected
+                ? failure_of(result)
+                : LinkFailure{LinkError::identity, "its serial chip does not accept request " + std::to_string(request),
+                              true};
   return false;
 }
 
@@ -91,7 +91,7 @@ bool FalconLink::write(std::span<const std::uint8_t> bytes, LinkFailure& failure
   while (!port_->send(bytes)) {
     if (!wait(Duration{1'000'000}, failure)) return false;
     if (MonotonicClock::now() > end) {
-      failure = {LinkError::timeout, "it takes no bytes", true};
+      failure = {LinkError::timeout, "it accepts no bytes", true};
       return false;
     }
   }
@@ -141,7 +141,7 @@ bool FalconLink::wait_for_state(Duration most, LinkFailure& failure) {
     if (fresh_) return true;
     left = end - MonotonicClock::now();
   } while (left.ns > 0);
-  failure = spoilt_ > spoilt_before ? LinkFailure{LinkError::protocol, "a packet that is none"}
+  failure = spoilt_ > spoilt_before ? LinkFailure{LinkError::protocol, "a damaged packet"}
                                     : LinkFailure{LinkError::timeout, "no packet in time"};
   return false;
 }
@@ -179,7 +179,7 @@ bool FalconLink::load_firmware(LinkFailure& failure) {
   }
   if (!greeted) {
     failure.error = LinkError::identity;
-    failure.text += ", so it is no Falcon or is not powered";
+    failure.text += ", so it is not a Falcon or is not powered";
     return false;
   }
   const std::uint8_t load[] = {falcon::load};

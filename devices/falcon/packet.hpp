@@ -32,7 +32,7 @@ struct FalconOrder {
 
 FalconPacket encode(const FalconOrder& order);
 FalconPacket encode(const FalconState& state);
-/// Nothing where the packet is none.
+/// Empty if the packet is invalid.
 std::optional<FalconState> decode_state(std::span<const std::uint8_t> packet);
 std::optional<FalconOrder> decode_order(std::span<const std::uint8_t> packet);
 

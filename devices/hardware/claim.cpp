@@ -128,7 +128,8 @@ std::string process_text(int pid) {
 }
 
 std::string in_use_by(const std::string& holder) {
-  return "in use by " + (holder.empty() ? "another program" : holder) + "; a device has one owner: end that one first";
+  return "in use by " + (holder.empty() ? "another program" : holder) +
+         "; only one program can own a device: end that one first";
 }
 
 std::string users_of(const std::string& file) {

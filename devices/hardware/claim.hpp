@@ -46,7 +46,7 @@ class PortLock {
   PortLock(const PortLock&) = delete;
   PortLock& operator=(const PortLock&) = delete;
   /// Opens and locks it before anything is done to it. False, with why and what to do, where another program has it or
-  /// this user may not; true also where there is nothing to open, which whoever opens it for use finds out.
+  /// this user may not; true also if there is nothing to open: opening it for use will report that.
   bool take(const std::string& path, std::string& why);
   void exclude();
   void release();

@@ -17,24 +17,24 @@ void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = 
     declaration.real(name, member, {.doc = doc, .unit = "s", .default_value = value.seconds(), .min = min, .max = max});
   };
   declaration.hardware();
-  time("link_timeout", static_cast<Duration P::*>(&P::link_timeout), "a sample that is older fails the device",
-       defaults.link_timeout, 1e-3, 10);
+  time("link_timeout", static_cast<Duration P::*>(&P::link_timeout),
+       "age of a sample at which the device counts as failed", defaults.link_timeout, 1e-3, 10);
   time("connect_timeout", static_cast<Duration P::*>(&P::connect_timeout),
-       "without a first sample for so long the device fails; where no attempt to open the line succeeds, after 1 s "
-       "already",
+       "the device fails after this time without a first sample; after 1 s already if no attempt to open the line "
+       "succeeds",
        defaults.connect_timeout, 0.1, 600);
   time("stuck_after", static_cast<Duration P::*>(&P::stuck_after),
-       "an encoder that shows no change for so long under a fifth of the largest force is stuck; 0: it may",
+       "an encoder counts as stuck if it shows no change for this time under a fifth of the largest force; 0: never",
        defaults.stuck_after, 0, 600);
   declaration
       .real("workspace_scale", static_cast<double P::*>(&P::workspace_scale),
-            {.doc = "motion in the scene a motion of the device",
+            {.doc = "motion in the scene per motion of the device",
              .default_value = defaults.workspace_scale,
              .min = 0,
              .max = 1e4,
              .above_min = true})
       .real("force_scale", static_cast<double P::*>(&P::force_scale),
-            {.doc = "force at the device a force in the scene; equal to workspace_scale it keeps the power",
+            {.doc = "force at the device per force in the scene. If it equals workspace_scale, power is preserved",
              .default_value = defaults.force_scale,
              .min = 0,
              .max = 1e4,
@@ -42,17 +42,17 @@ void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = 
       .reals("rotation", static_cast<std::vector<double> P::*>(&P::rotation), 3, defaults.rotation,
              {.doc = "rotation vector of the device's base in the scene", .unit = "rad", .min = -7, .max = 7})
       .reals("origin", static_cast<std::vector<double> P::*>(&P::origin), 3, defaults.origin,
-             {.doc = "where the device's zero is in the scene", .unit = "m", .min = -1e3, .max = 1e3})
+             {.doc = "position of the device's zero in the scene", .unit = "m", .min = -1e3, .max = 1e3})
       .real("velocity_departure", static_cast<double P::*>(&P::velocity_departure),
             {.doc = "how far the handle departs from constant acceleration in 10 ms, for the filter that estimates its "
-                    "velocity: less is smoother and later",
+                    "velocity. Less is smoother and later",
              .unit = "m",
              .default_value = defaults.velocity_departure,
              .min = 0,
              .max = 1,
              .above_min = true})
       .real("velocity_departure_angle", static_cast<double P::*>(&P::velocity_departure_angle),
-            {.doc = "the same of its rotation",
+            {.doc = "the same for its rotation",
              .unit = "rad",
              .default_value = defaults.velocity_departure_angle,
              .min = 0,

@@ -160,7 +160,7 @@ ReadResult HardwareDevice::judged() noexcept {
     return fail("%s: the encoder of axis %d has stood at %.6g for %.3g s under a force: it is stuck", name, f.axis + 1,
                 f.from, f.time.seconds());
   }
-  if (!has_pose_) return fail("%s: its axes show a position that the device cannot be in", name);
+  if (!has_pose_) return fail("%s: its axes show a position that the device cannot reach", name);
   return ReadResult::sample;
 }
 

@@ -13,7 +13,7 @@ LinearKinematics::LinearKinematics(const std::vector<Vec3>& directions_B) {
   for (const Vec3& direction : directions_B) {
     const double length = norm(direction);
     if (!(length > 1e-9) || !std::isfinite(length)) {
-      throw InputError("expected a direction of an axis with a length above zero, found a vector without one");
+      throw InputError("expected a direction of an axis with a length above zero, found a vector of length zero");
     }
     const Vec3 unit = (1.0 / length) * direction;
     for (const Vec3& other : directions_B_) {

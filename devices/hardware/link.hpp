@@ -33,7 +33,7 @@ enum class LinkError : std::uint8_t {
   timeout,       ///< no answer, or not all of it, in time
   crc,           ///< an answer whose check sum is wrong
   exception,     ///< the device answered that it would not
-  protocol,      ///< an answer that is none to what was asked (length, slave, function, transaction)
+  protocol,      ///< a mismatched response (length, slave, function, transaction)
   reset,         ///< the connection was ended by the other side, or the device pulled out
   disconnected,  ///< no connection could be made
   identity,      ///< what answers is not the device that was expected

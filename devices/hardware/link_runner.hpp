@@ -34,7 +34,7 @@ struct LinkRunnerSettings {
 struct LinkReport {
   LinkSample sample;                  ///< the newest good one
   Instant sampled;                    ///< when its cycle began, so that its age is not made smaller than it is
-  std::uint64_t samples = 0;          ///< good ones so far; 0: `sample` is none
+  std::uint64_t samples = 0;          ///< good ones so far; 0: `sample` is not set
   std::uint64_t cuts = 0;             ///< how often the command was cut to zero, see LinkRunner
   LinkError error = LinkError::none;  ///< of the newest cycle or attempt to connect
   std::array<char, 240> text{};       ///< why, in words, with the device's name

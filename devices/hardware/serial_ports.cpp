@@ -68,8 +68,7 @@ std::string advice_for_access(const fs::path& file) {
   const std::string name = group_of(file);
   if (name.empty()) {
     return "this user may not open " + file.string() +
-           ", and no group may: a udev rule has to give it one, such as "
-           "dialout";
+           ", and no group may: add a udev rule that gives it a group, such as dialout";
   }
   return "this user may not open " + file.string() + ", which belongs to the group " + name + ": sudo usermod -aG " +
          name + " $USER, then log in anew";

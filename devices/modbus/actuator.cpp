@@ -69,7 +69,7 @@ void check_watchdog(const Setup& setup, bool rate_of_graph) {
   const std::string text =
       "the watchdog of " + setup.profile.name + ": expected a time of at least two cycles of the line, " +
       text_of("%.4g ms at %.4g Hz", 1e3 * cycles / setup.rate, setup.rate) +
-      text_of(", found %.4g ms, within which it would let go again and again; ", 1e3 * time) +
+      text_of(", found %.4g ms, at which the device would let go again and again; ", 1e3 * time) +
       (line_can ? text_of("set link_rate to %.4g Hz or more, or watchdog.time of the profile higher", needed)
                 : text_of("the line carries at most %.4g Hz (", setup.line.rate) + cycle_text(setup) +
                       "): set watchdog.time of the profile higher");
@@ -81,16 +81,15 @@ void check_watchdog(const Setup& setup, bool rate_of_graph) {
 std::string danger_of(const Profile& profile) {
   if (profile.watchdog) return {};
   return profile.name +
-         ": its profile names no watchdog: where this program is killed or the line is cut, the device may keep the "
-         "last "
-         "force that it was given; keep an emergency stop or the switch of its power within reach";
+         ": its profile names no watchdog: if this program is killed or the line is cut, the device may keep its last "
+         "force; keep an emergency stop or its power switch within reach";
 }
 
 std::string calibrate(const Actuator::Params& params, const Ask& ask) {
   const Setup setup = make_setup(params);
   if (setup.profile.calibrate.empty()) return setup.profile.name + " needs no calibration";
   ModbusLink link(setup.profile, setup.endpoint);
-  if (!ask(link.name() + ": put it where its zero is to be and let it rest. It may move. Go on?"))
+  if (!ask(link.name() + ": put it where its zero should be and let it rest. It may move. Continue?"))
     return "nothing done";
   LinkFailure failure;
   if (!link.open(failure) || !link.calibrate(failure)) throw RunError(link.name() + ": " + failure.text);
@@ -111,7 +110,7 @@ std::vector<std::string> discover(std::vector<std::string>& notes) {
   std::vector<std::string> lines;
   for (const SerialPort& port : serial_ports()) {
     lines.push_back("serial port rtu:" + port.file.string() + ": " + port.adapter +
-                    (port.may_open ? "" : "; may not be opened by this user: see `tactor doctor`"));
+                    (port.may_open ? "" : "; this user may not open it: see `tactor doctor`"));
   }
   return lines;
 }
@@ -149,29 +148,31 @@ NodeInfo Actuator::declare() {
   HardwareParams defaults;
   defaults.failure_timeout = Duration{5'000'000'000};
   declaration.details(
-      "A profile says what registers the device has; docs/howto/modbus.md has the format and those that come with "
-      "Tactor. "
-      "Its "
-      "line runs on a thread of its own, at the rate that the line can carry, and the device loop takes the newest "
-      "sample "
-      "with its age. A device of one axis moves along one direction of the scene; turn it there by rotation.");
+      "A profile says which registers the device has; docs/howto/modbus.md describes the format and the profiles that "
+      "come with Tactor. The line runs on its own thread, at the rate that it can carry, and the device loop takes the "
+      "newest sample with its age. A device with one axis moves along one direction of the scene; set that direction "
+      "by rotation.");
   declaration
       .file("profile", &Params::profile, true, "the profile: the path of a file, or a shipped one such as iris_orca",
             profiles_of("modbus"))
       .text("connect", &Params::connect, std::nullopt, "tcp:HOST:PORT or rtu:PATH of the serial port")
       .integer<std::int32_t>("unit", &Params::unit,
-                             {.doc = "slave id; 0: that of the profile", .default_value = 0, .min = 0, .max = 247})
+                             {.doc = "slave id; 0: as in the profile", .default_value = 0, .min = 0, .max = 247})
       .integer<std::int32_t>(
           "baud", &Params::baud,
-          {.doc = "of the serial line; 0: that of the profile", .default_value = 0, .min = 0, .max = 4'000'000})
+          {.doc = "baud rate of the serial line; 0: as in the profile", .default_value = 0, .min = 0, .max = 4'000'000})
       .real("link_rate", &Params::link_rate,
-            {.doc = "cycles of the line; 0: rate, and at most 95 % of what the line can carry",
+            {.doc = "cycles of the line per second; 0: the same as rate, but at most 95 % of what the line can carry",
              .unit = "Hz",
              .default_value = 0,
              .min = 0,
              .max = 1e4})
       .real("response_timeout", &Params::response_timeout,
-            {.doc = "of one answer; 0: that of the profile", .unit = "s", .default_value = 0, .min = 0, .max = 5});
+            {.doc = "longest time to wait for one answer; 0: as in the profile",
+             .unit = "s",
+             .default_value = 0,
+             .min = 0,
+             .max = 5});
   declare_hardware(declaration, defaults);
   declaration.discover(discover).calibrate(calibrate);
   return declaration.info();

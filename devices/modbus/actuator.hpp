@@ -35,7 +35,7 @@ struct Setup {
   std::string danger;  ///< what the user must know of the device before a force; empty: nothing
 };
 
-/// Throws YamlError for the profile, and InputError for an endpoint that is none, for a rate beyond the line, and for a
+/// Throws YamlError for the profile, and InputError for an invalid endpoint, for a rate beyond the line, and for a
 /// watchdog of the device that runs out within two cycles.
 Setup make_setup(const Actuator::Params& params);
 

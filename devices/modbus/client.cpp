@@ -206,7 +206,7 @@ bool Client::clear_line(LinkFailure& failure) {
                words.data(), failure)) {
     if (failure.error != LinkError::exception) return false;
     if (endpoint_.serial) {
-      failure.text = "the fence is refused, so that late answers cannot be told from new ones: " + failure.text +
+      failure.text = "the device refuses the fence, so late answers cannot be told from new ones: " + failure.text +
                      "; give the profile a fence that the device answers with words";
       failure.reopen = true;
       return false;
@@ -234,7 +234,7 @@ bool Client::refuse_unasked(LinkFailure& failure) {
   unclear_ = true;
   failure = {LinkError::protocol,
              std::to_string(waiting) +
-                 " bytes came that nobody had asked for: another master may be using this line, or it is disturbed",
+                 " bytes came without a request: another master may be using this line, or it is disturbed",
              false};
   return false;
 }

@@ -140,9 +140,8 @@ Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
     return std::any_of(all.begin(), all.end(), [&](const Transaction& t) { return is_like(fence, t); });
   };
   const std::string why =
-      "a fence, a read that no read of the cycle, of identify or of a sequence looks like (function and count), by "
-      "which "
-      "late answers on a serial line are told from new ones";
+      "a fence, a read that no read of the cycle, of identify or of a sequence looks like (function and count), which "
+      "tells late answers on a serial line from new ones";
   if (profile.fence) {
     if (!taken(*profile.fence)) return *profile.fence;
     refuse(profile.places.fence, "fence: expected " + why + ", found function " +
@@ -162,7 +161,7 @@ Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
   for (const Fence& fence : candidates) {
     if (!taken(fence)) return fence;
   }
-  refuse(profile.places.file, "expected the key fence with " + why + ", found none, and none suggests itself");
+  refuse(profile.places.file, "expected the key fence with " + why + ", found none, and no read fits automatically");
 }
 
 }  // namespace

@@ -219,9 +219,10 @@ std::uint32_t ModbusLink::faults(std::string& text) const {
     const double value = get(status.index);
     if (status.holds && std::abs(value - *status.holds) > 0.5 * std::abs(info.scale)) {
       found |= another_master;
-      text += (text.empty() ? "" : ", ") + info.name + " has become " + number(value) +
-              ", which the start-up left at " + number(*status.holds) +
-              ": another master writes to this device, or it has changed that by itself; end the other program";
+      text +=
+          (text.empty() ? "" : ", ") + info.name + " has become " + number(value) + ", but the start-up left it at " +
+          number(*status.holds) +
+          ": another master writes to this device, or the device changed the register itself; end the other program";
     }
     std::uint32_t set = bits_of(info, (info.read_function == 4 ? read4_ : read3_).data() + info.address);
     for (const StatusBit& bit : status.bits) {

@@ -30,8 +30,8 @@ MouseDevice::MouseDevice(const Params& params, const NodeContext& context)
       filter_({params.time_constant, params.follow_speed, params.follow_angular_speed}, start_) {
   if (params.follow_speed >= params.speed_max || params.follow_angular_speed >= params.angular_speed_max) {
     throw InputError("node " + context.name +
-                     ": expected follow_speed below speed_max and follow_angular_speed below angular_speed_max, or the "
-                     "safety gate brakes a cursor that is moved fast");
+                     ": expected follow_speed below speed_max and follow_angular_speed below angular_speed_max; "
+                     "otherwise the safety gate brakes a cursor that is moved fast");
   }
 }
 
@@ -39,34 +39,43 @@ NodeInfo MouseDevice::declare() {
   using D = MouseDevice;
   DeviceParams defaults;
   defaults.dead_man_button = 1;
-  Declare<D> declaration("device.mouse", "The cursor of a person as a haptic device that cannot push back.");
+  Declare<D> declaration("device.mouse", "Uses a person's cursor as a haptic device that cannot push back.");
   declaration
       .details(
           "The handle follows the cursor through a critically damped filter of second order, no faster than "
-          "follow_speed. "
-          "The commanded force moves nothing: `tactor view`, which sends the cursor, shows it. The cursor is the "
-          "dead-man button too: it counts as released while the person does not hold the handle, and when no cursor "
-          "has "
-          "come for heartbeat_timeout. After that the person must let go and take hold again.")
-      .input("cursor", &D::cursor, {.doc = "where the person wants the handle, and whether they hold it"});
+          "follow_speed. The commanded force moves nothing; `tactor view`, which sends the cursor, displays it. The "
+          "cursor is also the dead-man button. It counts as released while the person does not hold the handle, and "
+          "when no cursor has come for heartbeat_timeout. After such a timeout, the person must let go and take hold "
+          "again.")
+      .input("cursor", &D::cursor, {.doc = "the pose at which the person wants the handle, and whether they hold it"});
   declare_device(declaration, defaults);
   declaration.metric("device.released_by_timeout", "1", "times that a held cursor stopped coming", Better::lower)
       .reals("start", &Params::start, 3, std::vector<double>{0, 0, 0},
-             {.doc = "where the handle is before the first cursor", .unit = "m", .min = -1e3, .max = 1e3})
+             {.doc = "position of the handle before the first cursor", .unit = "m", .min = -1e3, .max = 1e3})
       .reals("start_rotation", &Params::start_rotation, 3, std::vector<double>{0, 0, 0},
-             {.doc = "its rotation vector then", .unit = "rad", .min = -7, .max = 7})
-      .real("time_constant", &Params::time_constant,
-            {.doc = "of the filter between cursor and handle; cursors come 60 to 250 times a second, unevenly",
-             .unit = "s",
-             .default_value = 0.01,
-             .min = 1e-3,
-             .max = 1})
+             {.doc = "rotation vector of the handle before the first cursor", .unit = "rad", .min = -7, .max = 7})
+      .real(
+          "time_constant", &Params::time_constant,
+          {.doc =
+               "time constant of the filter between cursor and handle. Cursors come 60 to 250 times a second, unevenly",
+           .unit = "s",
+           .default_value = 0.01,
+           .min = 1e-3,
+           .max = 1})
       .real("follow_speed", &Params::follow_speed,
-            {.doc = "the handle follows no faster", .unit = "m/s", .default_value = 0.5, .min = 1e-3, .max = 100})
+            {.doc = "largest speed at which the handle follows the cursor",
+             .unit = "m/s",
+             .default_value = 0.5,
+             .min = 1e-3,
+             .max = 100})
       .real("follow_angular_speed", &Params::follow_angular_speed,
-            {.doc = "the handle turns no faster", .unit = "rad/s", .default_value = 6, .min = 1e-3, .max = 1000})
+            {.doc = "largest angular speed at which the handle follows the cursor",
+             .unit = "rad/s",
+             .default_value = 6,
+             .min = 1e-3,
+             .max = 1000})
       .real("heartbeat_timeout", &Params::heartbeat_timeout,
-            {.doc = "without a cursor for so long the handle counts as released",
+            {.doc = "the handle counts as released after this time without a cursor",
              .unit = "s",
              .default_value = 0.2,
              .min = 0.01,
@@ -106,7 +115,7 @@ bool MouseDevice::write(Time, const Wrench&) noexcept {
 }
 
 const char* MouseDevice::failure() const noexcept {
-  return "the cursor is no pose";
+  return "the cursor is not a valid pose";
 }
 
 void MouseDevice::report(Report& report) const {

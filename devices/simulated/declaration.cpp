@@ -33,7 +33,8 @@ void declare_translation(Declare<SimulatedDevice>& declaration) {
              .min = 0,
              .max = 1e6})
       .real("grip_stiffness", &Params::grip_stiffness,
-            {.doc = "stiffness between handle and hand, which then is a body of its own; 0, with grip_damping 0: rigid",
+            {.doc = "stiffness between handle and hand, which makes the hand a body of its own. 0, with grip_damping "
+                    "0: rigid",
              .unit = "N/m",
              .default_value = 0,
              .min = 0,
@@ -123,7 +124,7 @@ void declare_motors(Declare<SimulatedDevice>& declaration) {
              .min = 0,
              .max = 10})
       .real("cogging_period", &Params::cogging_period,
-            {.doc = "way from one rest position of the force ripple to the next",
+            {.doc = "distance from one rest position of the force ripple to the next",
              .unit = "m",
              .default_value = 5e-3,
              .min = 1e-4,
@@ -134,8 +135,8 @@ void declare_friction(Declare<SimulatedDevice>& declaration) {
   using Params = SimulatedDevice::Params;
   declaration
       .real("breakaway", &Params::breakaway,
-            {.doc = "friction that holds the handle at rest, where it is above `friction`; it falls to `friction` with "
-                    "speed",
+            {.doc =
+                 "friction that holds the handle at rest, if it is above `friction`; it falls to `friction` with speed",
              .unit = "N",
              .default_value = 0,
              .min = 0,
@@ -148,7 +149,7 @@ void declare_friction(Declare<SimulatedDevice>& declaration) {
              .max = 10,
              .above_min = true})
       .real("breakaway_angle", &Params::breakaway_angle,
-            {.doc = "friction that holds the handle's rotation at rest, where it is above `friction_angle`",
+            {.doc = "friction that holds the handle's rotation at rest, if it is above `friction_angle`",
              .unit = "N m",
              .default_value = 0,
              .min = 0,
@@ -165,24 +166,23 @@ void declare_friction(Declare<SimulatedDevice>& declaration) {
 void declare_transmission(Declare<SimulatedDevice>& declaration) {
   using Params = SimulatedDevice::Params;
   declaration
-      .real(
-          "mode_frequency", &Params::mode_frequency,
-          {.doc = "frequency with which motor side and handle swing against each other, without hand and friction; 0: "
-                  "they move as one",
-           .unit = "Hz",
-           .default_value = 0,
-           .min = 0,
-           .max = 5000})
+      .real("mode_frequency", &Params::mode_frequency,
+            {.doc = "frequency at which motor side and handle vibrate against each other, without hand and friction; "
+                    "0: they move as one",
+             .unit = "Hz",
+             .default_value = 0,
+             .min = 0,
+             .max = 5000})
       .real("mode_damping", &Params::mode_damping,
-            {.doc = "damping ratio of that swing", .default_value = 0.05, .min = 0, .max = 10})
+            {.doc = "damping ratio of that vibration", .default_value = 0.05, .min = 0, .max = 10})
       .real("motor_share", &Params::motor_share,
             {.doc = "share of `mass` that is on the motor side, the rest is the handle",
              .default_value = 0.5,
              .min = 0.01,
              .max = 0.99})
       .real("backlash", &Params::backlash,
-            {.doc = "play between motor side and handle on each axis, from one end to the other; needs mode_frequency, "
-                    "which tells the stiffness at the ends",
+            {.doc = "play between motor side and handle on each axis, from one end to the other. It needs "
+                    "mode_frequency, which gives the stiffness at the ends",
              .unit = "m",
              .default_value = 0,
              .min = 0,
@@ -194,29 +194,29 @@ void declare_lines(Declare<SimulatedDevice>& declaration) {
   using Params = SimulatedDevice::Params;
   declaration
       .real("encoder_noise", &Params::encoder_noise,
-            {.doc = "noise of each coordinate before it is rounded, root of the mean square; 0 for none",
+            {.doc = "RMS noise of each coordinate before it is rounded; 0 for none",
              .unit = "m",
              .default_value = 0,
              .min = 0,
              .max = 1e-2,
              .in_reference = 0})
       .real("encoder_noise_angle", &Params::encoder_noise_angle,
-            {.doc = "the same of its rotation",
+            {.doc = "the same for its rotation",
              .unit = "rad",
              .default_value = 0,
              .min = 0,
              .max = 0.1,
              .in_reference = 0})
       .real("delay_in", &Params::delay_in,
-            {.doc = "age of the state that the device shows, in whole ticks, 0 or at least half of one; the host does "
-                    "not know it",
+            {.doc = "age of the state that the device shows, rounded to whole ticks; 0 or at least half a tick. The "
+                    "host does not know it",
              .unit = "s",
              .default_value = 0,
              .min = 0,
              .max = 0.1,
              .in_reference = 0})
       .real("delay_out", &Params::delay_out,
-            {.doc = "time until a command reaches the amplifiers, in whole ticks, 0 or at least half of one",
+            {.doc = "time until a command reaches the amplifiers, rounded to whole ticks; 0 or at least half a tick",
              .unit = "s",
              .default_value = 0,
              .min = 0,
@@ -236,21 +236,20 @@ void declare_parts(Declare<SimulatedDevice>& declaration) {
 
 NodeInfo SimulatedDevice::declare() {
   using D = SimulatedDevice;
-  Declare<D> declaration("device.simulated", "A haptic device and the hand on it, in software.");
+  Declare<D> declaration("device.simulated", "Simulates a haptic device and the hand on it.");
   declaration
       .details(
-          "Each tick it moves the handle, shows its state through encoders and commands the force of the newest "
-          "segment, as far as the safety gate lets it through. Open loop: the handle is where the target says. Closed "
-          "loop: handle and hand are one body, M a = F - b v - friction + b_h (v_T - v) + k_h (x_T - x), driven by the "
-          "commanded force, held from tick to tick, and by the hand towards the target; rotation alike. With a grip "
-          "the "
-          "hand is a body of its own, behind a spring and a damper. Mass, damping "
-          "and stiffness of the hand default to the usual 0.55 kg, 6.5 N s/m, 135 N/m. A reference run follows the "
-          "path of the run under test. The parts of a real device are off by default: amplifiers with a bandwidth and "
-          "a limit, cogging, breakaway friction, a transmission with play and a mode of vibration between the motor "
-          "side, where the encoders are, and the handle, noise of the encoders, and lines that take time. "
-          "graphs/devices has overlays that switch them on.")
-      .input("target", &D::target, {.doc = "where the hand is to be"});
+          "At each tick it moves the handle, shows its state through encoders and commands the force of the newest "
+          "segment, as far as the safety gate lets it through. In open loop, the handle is at the target. In closed "
+          "loop, handle and hand are one body, M a = F - b v - friction + b_h (v_T - v) + k_h (x_T - x). The commanded "
+          "force, held from tick to tick, drives it, and the hand pulls it towards the target. Rotation works in the "
+          "same way. With a grip, the hand is a body of its own, behind a spring and a damper. Mass, damping and "
+          "stiffness of the hand default to the usual 0.55 kg, 6.5 N s/m, 135 N/m. A reference run follows the path of "
+          "the run under test. The imperfections of a real device are off by default: amplifiers with a bandwidth and "
+          "a limit, cogging, breakaway friction, noise of the encoders, delays of the lines, and a transmission with "
+          "play and a mode of vibration between the handle and the motor side, where the encoders are. graphs/devices "
+          "has overlays that switch them on.")
+      .input("target", &D::target, {.doc = "the target pose of the hand"});
   declare_device(declaration);
   const auto not_closed = [](const Params& params, const MetricUse&) {
     return std::string(params.loop == Loop::closed ? "" : "loop is open");
@@ -271,9 +270,9 @@ NodeInfo SimulatedDevice::declare() {
         const bool limited = params.motor_force_max > 0 || params.motor_torque_max > 0;
         return std::string(limited ? "" : "the motors have no limit");
       });
-  declaration.output("truth", &D::truth, "the handle as it is")
+  declaration.output("truth", &D::truth, "the true state of the handle")
       .output("motors", &D::motors,
-              "the wrench of the motors as this tick begins, behind delay_out, amplifier and limits")
+              "the wrench of the motors at the beginning of this tick, after delay_out, amplifier and limits")
       .choice("loop", &Params::loop, {{"open", Loop::open}, {"closed", Loop::closed}}, std::optional(Loop::open),
               "whether the commanded force moves the handle")
       .real("encoder_step", &Params::encoder_step,
@@ -292,14 +291,14 @@ NodeInfo SimulatedDevice::declare() {
              .in_reference = 0})
       .real("velocity_departure", &Params::velocity_departure,
             {.doc = "how far the handle departs from constant acceleration in 10 ms, for the filter that estimates its "
-                    "velocity: less is smoother and later",
+                    "velocity. Less is smoother and later",
              .unit = "m",
              .default_value = 2e-6,
              .min = 0,
              .max = 1,
              .above_min = true})
       .real("velocity_departure_angle", &Params::velocity_departure_angle,
-            {.doc = "the same of its rotation",
+            {.doc = "the same for its rotation",
              .unit = "rad",
              .default_value = 2e-5,
              .min = 0,
@@ -308,8 +307,8 @@ NodeInfo SimulatedDevice::declare() {
       .choice("velocity_filter", &Params::velocity_filter,
               {{"several", VelocityFilter::several}, {"one", VelocityFilter::one}},
               std::optional(VelocityFilter::several),
-              "several: models of the handle's motion side by side, weighted by how well each foretells it; one: a "
-              "single model that adapts, which is later where a hand trembles");
+              "several: models of the handle's motion run side by side, weighted by how well each predicts it; one: a "
+              "single model that adapts, which is later if a hand trembles");
   declare_translation(declaration);
   declare_rotation(declaration);
   declaration.real("sub_step", &Params::sub_step,

@@ -106,7 +106,8 @@ SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& contex
       line_in_(line_ticks("delay_in", params.delay_in, params.rate)),
       line_out_(line_ticks("delay_out", params.delay_out, params.rate)) {
   if (params_.backlash > 0 && params_.mode_frequency <= 0) {
-    throw InputError("backlash needs the stiffness at its ends: expected mode_frequency above 0 Hz, found 0 Hz");
+    throw InputError(
+        "backlash needs mode_frequency for the stiffness at its ends: expected mode_frequency above 0 Hz, found 0 Hz");
   }
   check_gripped("grip_stiffness", "hand_mass", "kg", params.grip_stiffness > 0 || params.grip_damping > 0,
                 params.hand_mass, least_gripped_mass);

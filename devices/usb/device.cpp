@@ -46,7 +46,7 @@ std::string line_of(const UsbProfile& profile, const UsbDeviceInfo& info) {
   std::string text = profile.name + ": " + profile.title;
   if (!info.path.empty()) text += ", at " + info.path;
   if (!info.serial.empty()) text += ", serial number " + info.serial;
-  if (!info.may_open) text += "; this user may not open it: `tactor doctor` says how to let them";
+  if (!info.may_open) text += "; this user may not open it: `tactor doctor` says how to allow it";
   return text + " (type: usb.device, profile: " + profile.name + ")";
 }
 
@@ -110,14 +110,13 @@ NodeInfo UsbDevice::declare() {
   Declare<UsbDevice> declaration("usb.device", "A haptic device on the USB, described by a profile.");
   declaration.details(
       "Reports of fixed layout come by interrupt or bulk transfers (libusb) on a thread of their own; commands go the "
-      "other way. The profile (YAML) says which device, what the bytes mean, the geometry and what the motors take; "
-      "docs/howto/usb.md has its format. Shipped: polhem. A device whose counters have no zero of their own is "
-      "calibrated "
-      "by `tactor device calibrate` after it was plugged in; without that a run does not start.");
+      "other way. The profile (YAML) describes the device, the meaning of the bytes, the geometry and the limits of "
+      "the motors; docs/howto/usb.md has its format. Shipped: polhem. If the counters of a device have no zero, "
+      "calibrate it by `tactor device calibrate` after plugging it in; otherwise a run does not start.");
   declaration
       .file("profile", &P::profile, true, "the profile: the path of a file, or a shipped one such as polhem",
             profiles_of("usb"))
-      .text("serial", &P::serial, "", "serial number of the device, where several are attached; empty: any")
+      .text("serial", &P::serial, "", "serial number of the device, if several are attached; empty: any")
       .text("file", &P::file, "", "the device's file (/dev/bus/usb/...) instead of a search; empty: search");
   declare_hardware(declaration);
   declaration.calibrate(calibrate).discover(discover);

@@ -148,7 +148,7 @@ bool UsbLink::open_port(LinkFailure& failure) {
   if (failure.error == LinkError::none && wait_for_report(most, failure)) return true;
   if (any_wrong_) {
     failure.error = LinkError::identity;
-    failure.text += ", so it is another device under the same numbers";
+    failure.text += ", so it is another device with the same USB numbers";
   }
   failure.reopen = true;
   return false;
@@ -163,7 +163,7 @@ bool UsbLink::find_zero(LinkFailure& failure) {
       return true;
     }
   } catch (const RunError& error) {
-    why = std::string("its calibration does not count: ") + error.what();
+    why = std::string("its calibration is not valid: ") + error.what();
   }
   failure = {LinkError::identity, why, true};
   return false;
@@ -257,7 +257,7 @@ std::string UsbLink::missing_calibration() {
   try {
     if (store_.find(port->identity(), zero_.size())) return {};
   } catch (const RunError& error) {
-    return name_ + ": its calibration does not count: " + error.what();
+    return name_ + ": its calibration is not valid: " + error.what();
   }
   return name_ + ": " + uncalibrated(profile_);
 }

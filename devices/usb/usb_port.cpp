@@ -29,7 +29,7 @@ constexpr int cancel_rounds = 200;
 const char* words(UsbResult result) {
   switch (result) {
     case UsbResult::timeout:
-      return "a transfer has run out of time";
+      return "a transfer timed out";
     case UsbResult::stalled:
       return "an endpoint has stalled";
     case UsbResult::overflow:
@@ -357,7 +357,7 @@ std::string UsbPort::start(const UsbTransfers& transfers, UsbListener& listener)
   libusb_free_config_descriptor(configuration);
   if (in == 0 || out == 0) {
     return std::string("interface ") + std::to_string(transfers.interface) + " has no " + kind + " endpoint " +
-           (in == 0 ? "to the host" : "to the device") + ", so it is another device under the same numbers";
+           (in == 0 ? "to the host" : "to the device") + ", so it is another device with the same USB numbers";
   }
   // What a packet does not fill the device may overflow: whole packets are asked for.
   std::size_t in_size = std::max<std::size_t>(transfers.in_size, 1);
@@ -386,7 +386,7 @@ std::string UsbPort::start(const UsbTransfers& transfers, UsbListener& listener)
                   0);
   }
   for (Impl::Reader& reader : i.in) i.submit(reader);
-  return i.worst == UsbResult::ok ? "" : "its transfers do not begin";
+  return i.worst == UsbResult::ok ? "" : "its transfers cannot be started";
 }
 
 bool UsbPort::sending() const {
@@ -465,7 +465,7 @@ std::unique_ptr<UsbPort> UsbBus::open(const UsbSelector& selector, std::string& 
     const int code = libusb_wrap_sys_device(context_, impl->own_fd, &impl->handle);
     if (code != 0) {
       ::close(impl->own_fd);
-      why = selector.file.string() + " is no USB device that can be used: " + libusb_error_name(code);
+      why = selector.file.string() + " is not a usable USB device: " + libusb_error_name(code);
       return nullptr;
     }
   } else {
@@ -479,7 +479,7 @@ std::unique_ptr<UsbPort> UsbBus::open(const UsbSelector& selector, std::string& 
       if (code != 0) {
         impl->handle = nullptr;
         why = "device " + numbers + " at " + path_of(device) +
-              (code == LIBUSB_ERROR_ACCESS ? " may not be opened by this user; `tactor doctor` says how to let them"
+              (code == LIBUSB_ERROR_ACCESS ? " cannot be opened by this user; `tactor doctor` says how to allow it"
                                            : std::string(" cannot be opened: ") + libusb_error_name(code));
         continue;
       }

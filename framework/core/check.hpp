@@ -1,4 +1,4 @@
-// The three levels of check: bad user input throws, a broken belief of ours aborts, hot paths assert in debug only.
+// Three levels of check: bad user input throws, a bug of ours aborts, hot paths assert in debug builds only.
 #pragma once
 
 #include <cstdio>
@@ -8,14 +8,14 @@
 
 namespace tactor {
 
-/// What the user gave (graph, mesh, recording, option) cannot be used. The message names the place, what was expected,
+/// The user's input (graph, mesh, recording, option) cannot be used. The message names the place, what was expected,
 /// what was found and the remedy. The command ends with exit code 2.
 class InputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// Something failed while running that was not bad input (a disk, a process). The command ends with exit code 1.
+/// Something other than bad input failed during a run (a disk, a process). The command ends with exit code 1.
 class RunError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
@@ -28,7 +28,7 @@ class RunError : public std::runtime_error {
 
 }  // namespace tactor
 
-/// A belief of ours that holds unless the program itself is wrong; checked in every build.
+/// A condition that holds unless the program itself is wrong; checked in every build.
 #define TACTOR_DEMAND(condition) \
   ((condition) ? static_cast<void>(0) : ::tactor::broken_belief(#condition, __FILE__, __LINE__))
 

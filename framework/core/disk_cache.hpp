@@ -1,4 +1,4 @@
-// Bytes that were dear to compute, kept on disk under the hash of what they were computed from.
+// A cache on disk for bytes that are expensive to compute, under the hash of their inputs.
 #pragma once
 
 #include <cstdint>
@@ -13,15 +13,15 @@
 namespace tactor {
 
 /// A key over the parts, in their order: XXH3, 128 bits, as 32 hexadecimal digits. Each part counts with its length, so
-/// that no two different lists run together.
+/// that different lists give different keys.
 std::string content_key(std::initializer_list<std::string_view> parts);
 
 /// One file an entry, `FOLDER/KEY.KIND`. A file holds a magic, the version of the layout, the size and a checksum over
 /// all of these, the kind, the key and the bytes, so what `load` returns is what `store` was given. Several processes
 /// and threads may use one folder: a file appears whole or not at all. Only a folder of the user's own is used (see
-/// KeptFolder), because the checksum tells damage and not what another user has made up. Whoever loads an entry checks
-/// every count and index in it all the same. No trouble with the disk is an error, because everything in a cache can be
-/// computed again; it is a note for the user.
+/// KeptFolder), because the checksum detects damage but not forgery by another user. The caller still checks every
+/// count and index of an entry. Trouble with the disk is never an error, because everything in a cache can be computed
+/// again; it is a note for the user.
 class DiskCache {
  public:
   /// `kind`: what the bytes are, in lower-case letters. `version`: of their layout and of the code that makes them;
@@ -29,12 +29,12 @@ class DiskCache {
   DiskCache(std::string kind, std::uint32_t version, std::filesystem::path folder = default_cache_folder());
 
   struct Found {
-    std::optional<std::string> bytes;  ///< empty where there is no entry or it does not check out
-    std::string note;                  ///< why an entry that is there was not used; empty where there is nothing to say
+    std::optional<std::string> bytes;  ///< empty if there is no entry or it fails its checks
+    std::string note;                  ///< why an existing entry was not used; otherwise empty
   };
   [[nodiscard]] Found load(const std::string& key) const;
 
-  /// Returns a note where the entry cannot be written, else an empty text.
+  /// Returns a note if the entry cannot be written, otherwise an empty text.
   [[nodiscard]] std::string store(const std::string& key, std::string_view bytes) const;
 
   [[nodiscard]] std::filesystem::path file(const std::string& key) const;

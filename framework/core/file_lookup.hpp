@@ -7,7 +7,7 @@
 
 namespace tactor {
 
-/// A kind of files, and where those of the user and of the program lie.
+/// A kind of files, and the folders of the user and of the program that hold them.
 struct FileKind {
   std::string noun = "a file";  ///< for error texts
   std::string variable{};       ///< of the environment: the user's folders, with `:` between them; empty: none
@@ -27,10 +27,10 @@ inline const FileKind method_files{
 inline const FileKind study_files{
     .noun = "a study file", .variable = "TACTOR_GRAPH_PATH", .folder = "graphs", .part = "studies", .ending = ".yaml"};
 
-/// What a search has come to.
+/// The result of a search.
 struct FileSearch {
-  std::filesystem::path file;                ///< empty where there is none
-  std::vector<std::filesystem::path> tried;  ///< every place that was looked at, in order
+  std::filesystem::path file;                ///< empty if there is none
+  std::vector<std::filesystem::path> tried;  ///< every place that was searched, in order
 };
 
 /// Looks for `name` in the folders `beside` (an empty one is that of the command), then in those of the user, then in

@@ -18,7 +18,7 @@ namespace tactor {
 struct InputFile {
   FileDescriptor file;
   std::uint64_t size = 0;  ///< bytes when it was opened
-  std::string error;       ///< without the path; empty where the file is open
+  std::string error;       ///< without the path; empty if the file is open
   bool is_missing = false;
   std::string found;  ///< what stands there instead of a file: `a folder`, `a pipe; ...`
 
@@ -33,8 +33,8 @@ InputFile open_input(const std::filesystem::path& path);
 /// The same; throws InputError, `PATH: why`.
 FileDescriptor open_input_file(const std::filesystem::path& path);
 
-/// Keeps the paths of all files that open_input opens in this process while it lives: what has to go along where these
-/// are to be read on another machine. One at a time, on the thread that reads.
+/// Collects the paths of all files that open_input opens in this process while it lives. These files must go along to
+/// another machine that is to read them. One at a time, on the thread that reads.
 class InputLog {
  public:
   InputLog();
@@ -55,7 +55,7 @@ std::string read_input_file(const std::filesystem::path& path, std::uint64_t mos
 /// The InputError for a file that needs more memory than there is.
 InputError out_of_memory_for(const std::filesystem::path& path);
 
-/// What `read()` returns; where memory is refused to it, InputError with the file and its size.
+/// Returns the result of `read()`. If memory runs out, throws InputError with the file and its size.
 template <class Read>
 auto within_memory(const std::filesystem::path& path, Read read) {
   try {

@@ -48,7 +48,7 @@ void demand_ours(const struct stat& status, const std::string& path) {
                      ", who runs the program; it is not used");
   }
   if ((status.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
-    refuse(path, "other users may write it, so it is not used; run chmod go-w on it where you know what it holds");
+    refuse(path, "other users may write it, so it is not used; if you trust its content, run chmod go-w on it");
   }
 }
 

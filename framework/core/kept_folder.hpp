@@ -12,11 +12,11 @@
 
 namespace tactor {
 
-/// Every file that the program keeps between two runs is opened through this class, so that no other user can put words
-/// into a file that it reads, or lead what it writes to another place. The folder belongs to the user (the effective
-/// one) and nobody else may write it; what is missing on the way to it is made, with mode 0700. Links on the way are
-/// followed where they belong to the user or to root. In the folder no link is followed, and only regular files of the
-/// user count that nobody else may write.
+/// Every file that the program keeps between two runs is opened through this class, so that no other user can change a
+/// file that it reads, or redirect a file that it writes. The folder belongs to the (effective) user, and nobody else
+/// may write it. Missing folders of its path are made with mode 0700. Links in the path are followed if they belong to
+/// the user or to root. Inside the folder, no link is followed, and only regular files of the user count that nobody
+/// else may write.
 ///
 /// All members throw RunError with a message that names the path and what is wrong with it. Two processes and threads
 /// may use one folder. Names are file names without a slash.
@@ -36,7 +36,7 @@ class KeptFolder {
   /// whole. What killed writers left beside is removed a day later, by the next `write`.
   void write(const std::string& name, std::initializer_list<std::string_view> parts) const;
 
-  /// Removes a file; no error where there is none.
+  /// Removes a file; no error if there is none.
   void remove(const std::string& name) const;
 
  private:

@@ -1,5 +1,5 @@
-// Stamped messages, and message types as data: what recordings, exports and other programs read instead of a C++
-// struct.
+// Stamped messages, and descriptions of message types as data, which recordings, exports and other programs read
+// instead of a C++ struct.
 #pragma once
 
 #include <cstddef>
@@ -59,7 +59,7 @@ struct MessageType {
   std::vector<Field> fields;  ///< at least one
   std::size_t size = 0;       ///< bytes
   std::size_t alignment = 1;  ///< bytes
-  /// Over name, frame and fields: two types of one hash have the same meaning and the same bytes.
+  /// Hash over name, frame and fields: two types with the same hash have the same meaning and the same bytes.
   std::uint64_t layout_hash = 0;
   std::vector<std::size_t> arrays;  ///< the offset of each SharedArray in a message
 };
@@ -78,23 +78,23 @@ void lay_out(MessageType& type);
 template <class T>
 const MessageType& message_type();
 
-/// True where both describe the same messages, also where they come from two libraries or from a file.
+/// True if both describe the same messages, even if they come from two libraries or from a file.
 inline bool same_type(const MessageType& a, const MessageType& b) {
   return &a == &b || (a.layout_hash == b.layout_hash && a.name == b.name);
 }
 
-/// Stands for the type of an output that is not known yet; of no message.
+/// A placeholder for the type of an output that is not known yet; no message has it.
 const MessageType& any_message();
 
-/// Lets `known_message_type` find the type, which outlives the process; the first of a name stays.
+/// Lets `known_message_type` find the type, which must live as long as the process; the first of a name stays.
 void make_known(const MessageType& type);
 /// The message type of that name among those of the node types that were declared so far; null where there is none.
 const MessageType* known_message_type(std::string_view name);
 
-/// Keeps a description that was read from a file until the process ends; one for all that are the same.
+/// Keeps a description that was read from a file until the process ends; equal ones are kept once.
 const MessageType& keep_message_type(MessageType type);
 
-/// True for what may travel on an edge: values of fixed size, and SharedArrays.
+/// True for types that may travel on an edge: values of fixed size, and SharedArrays.
 template <class T>
 concept Message = std::is_default_constructible_v<T> && std::is_nothrow_copy_assignable_v<T>;
 

@@ -116,7 +116,7 @@ class FieldReader {
     for (const Json& n : *shape) {
       if (!n.is_number_unsigned() || n.get<std::uint64_t>() == 0 ||
           n.get<std::uint64_t>() > most_message_bytes / count) {
-        refuse(where, "shape holds what is no size");
+        refuse(where, "shape holds a value that is not a size");
       }
       field.shape.push_back(n.get<std::size_t>());
       count *= field.shape.back();
@@ -170,7 +170,7 @@ std::string to_json(const MessageType& type) {
 
 MessageType message_type_from_json(std::string_view text) {
   const Json object = Json::parse(text, nullptr, false);
-  if (!object.is_object()) throw InputError("the description of a message type is no JSON object");
+  if (!object.is_object()) throw InputError("the description of a message type is not a JSON object");
   MessageType type;
   type.name = text_of(object, "name", "without a name");
   type.frame = text_of(object, "frame", type.name);

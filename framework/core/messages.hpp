@@ -19,13 +19,13 @@ const MessageType& message_type<Twist>();
 template <>
 const MessageType& message_type<Wrench>();
 
-/// Where a trajectory wants the hand to be.
+/// The pose at which a trajectory wants the hand.
 struct Target {
   Pose X_WH;   ///< m
   Twist V_WH;  ///< m/s, rad/s
 };
 
-/// What a device reports of its handle.
+/// The state of the handle, as a device reports it.
 struct DeviceState {
   Pose X_WD;   ///< m, as the encoder shows it
   Twist V_WD;  ///< m/s, rad/s, estimated by the device node
@@ -99,26 +99,26 @@ struct ContactSet {
   std::array<ContactPair, capacity> pair;
 };
 
-/// A physics force and what is expected of it at the next physics samples.
+/// A physics force, and the forces expected at the next physics samples.
 struct Forecast {
   static constexpr int capacity = 4;
   Wrench current_D_W;                          ///< on the device, valid at the message's stamp
   std::array<Wrench, capacity> predicted_D_W;  ///< on the device, [i - 1] expected at stamp + i horizon, i = 1 .. count
   double horizon = 0;                          ///< s, > 0, the estimated physics period
   std::int32_t count = 1;                      ///< entries of `predicted_D_W` in use, 1 to capacity
-  std::int32_t fallback = 0;                   ///< 1: the predictor could not be used and a hold stands in for it
+  std::int32_t fallback = 0;                   ///< 1: the predictor could not be used, and a hold replaces it
 };
 
 /// A force on the device as a quintic in time: F(t) = c[0] + c[1] s + ... + c[5] s^5 with s = (t - begin) / (end -
 /// begin). Before `begin` it holds F(begin), after `end` it holds F(end).
-/// Its message is stamped valid for the newest device sample that it was made from, so that a pipeline which goes on
-/// sending what it last knew is seen not to be fresh.
+/// Its message is stamped valid for the newest device sample that it was made from. So a pipeline that keeps sending
+/// its last result is seen not to be fresh.
 struct ForceSegment {
   Time begin;
   Time end;
   std::array<Wrench, 6> c{};
-  /// The age of that sample beyond which the pipeline does not stand for the force any longer; zero or less: it does
-  /// not say. It can only shorten what a device grants.
+  /// The age of that sample beyond which the pipeline does not vouch for the force any longer; zero or less: not given.
+  /// It can only shorten the time that a device allows.
   Duration trust_time;
 };
 
@@ -130,7 +130,7 @@ enum class Engagement : std::int32_t {
   fault,       ///< a brake or zero, until the inputs have been healthy for a while
 };
 
-/// Why a safety gate does not, or not any longer, let the pipeline through.
+/// Why a safety gate does not let the pipeline through.
 enum class SafetyCause : std::int32_t {
   none,
   not_finite,        ///< fault: the pipeline's wrench was NaN or infinite
@@ -151,7 +151,7 @@ inline constexpr int safety_cause_count = 12;
 /// What the safety gate did at one tick.
 struct SafetyState {
   Engagement engagement = Engagement::disengaged;
-  SafetyCause cause = SafetyCause::none;  ///< of a wrench that is kept out or goes out
+  SafetyCause cause = SafetyCause::none;  ///< why the wrench is kept out or ramps out
   double gain = 0;                        ///< of the ramp, 0 to 1
   Wrench clamped_D_W;                     ///< the pipeline's wrench within the limits, before ramp and slew limit
 };

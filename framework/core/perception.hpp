@@ -1,11 +1,11 @@
-// What a hand notices: differences of force, and vibration of what it holds, as tables from the literature.
+// What a hand notices: differences of force, and vibration of a held object, as tables from the literature.
 #pragma once
 
 #include <span>
 
 namespace tactor {
 
-// docs/results/thresholds.md draws the curves and tells who measured what, on whom, and what of it could be read.
+// docs/results/thresholds.md draws the curves and names the sources, the subjects, and what was readable of them.
 // Between two rows all tables are straight lines in logarithms of both axes.
 
 /// The smallest difference of force that is noticed at a steady force.
@@ -16,9 +16,9 @@ struct WeberPoint {
 };
 std::span<const WeberPoint> weber_points();
 
-/// The just noticeable difference, N, at a steady force of `reference_N` >= 0. Under the first row that row's
-/// difference: what is itself too weak to be felt does not hide a force. Over the last row its share of the force. NaN
-/// of NaN.
+/// The just noticeable difference, N, at a steady force of `reference_N` >= 0. Below the first row it is that row's
+/// difference, because a force too weak to be felt does not hide another one. Above the last row it is that row's share
+/// of the force. NaN gives NaN.
 double force_jnd(double reference_N);
 
 /// The weakest vibration of a held handle that is felt: a sinusoid, along one axis.
@@ -33,7 +33,7 @@ std::span<const VibrationPoint> vibration_points();
 /// first or last row: the acceleration then goes with the square of the frequency.
 double vibration_threshold(double frequency_Hz);
 
-/// How much a hand that holds a stylus like a pen resists vibration of it.
+/// How much a hand that holds a stylus like a pen resists its vibration.
 struct ImpedancePoint {
   double frequency_Hz;
   double impedance_N_s_m;  ///< |force / velocity|

@@ -9,7 +9,7 @@
 
 namespace tactor {
 
-/// How the intervals seen so far give the period expected next.
+/// How the next period is estimated from the intervals seen so far.
 enum class PeriodMode {
   last,  ///< the last interval
   mean,  ///< the mean of the last `count` intervals

@@ -1,4 +1,4 @@
-// Which parts of this process compute other last digits on another processor, so that studies do not mix them unseen.
+// Which parts of this process give other last digits on another processor, so that studies do not mix them unnoticed.
 #pragma once
 
 #include <string>
@@ -6,7 +6,7 @@
 
 namespace tactor {
 
-/// To be called by what is about to compute by code that chooses its instructions by the processor, such as a BLAS.
+/// Call this before computing with code that chooses its instructions by the processor, such as a BLAS.
 /// `what` completes "... depends on the processor": `dynamics.deformable with solver: supernodal (a BLAS)`. Each text
 /// is kept once. May be called by several threads.
 void note_processor_dependence(const std::string& what);

@@ -25,7 +25,7 @@ struct Material {
   double stiffness = 2000;   ///< N/m for one contact patch
   double damping = 2;        ///< N s/m for one contact patch
   double friction = 0.3;     ///< Coulomb coefficient
-  double patch_area = 1e-4;  ///< m^2, the area one contact patch stands for where a mesh touches a mesh
+  double patch_area = 1e-4;  ///< m^2, the area of one contact patch when a mesh touches a mesh
 };
 
 /// A closed triangle mesh read from a file.
@@ -84,14 +84,14 @@ struct Inclusion {
   bool operator==(const Inclusion&) const = default;
 };
 
-/// An elastic solid of uniform material but for its inclusions.
+/// An elastic solid of uniform material, except its inclusions.
 struct Deformable {
   double young = 20e3;     ///< Pa
   double poisson = 0.45;   ///< below 0.5
   double density = 1000;   ///< kg/m^3
   double damping = 0.005;  ///< s, stress per rate of strain over the stiffness (Rayleigh's beta)
   double drag = 0;         ///< 1/s, force per velocity over the mass (Rayleigh's alpha)
-  int tetrahedra = 3000;   ///< about so many; not used where `cell_size` is given or a file holds tetrahedra
+  int tetrahedra = 3000;   ///< approximate number; not used if `cell_size` is given or a file holds tetrahedra
   double cell_size = 0;    ///< m, length of edges; 0: by `tetrahedra`
   std::vector<FixedRegion> fixed;
   std::vector<Inclusion> inclusions;
@@ -109,7 +109,7 @@ struct Body {
   Material material;
   Deformable deformable;  ///< of a deformable body
 
-  /// True where it moves as a whole.
+  /// True if it moves as a whole.
   [[nodiscard]] bool moves() const { return motion == Motion::translation || motion == Motion::rigid; }
   [[nodiscard]] const MeshShape* mesh() const { return std::get_if<MeshShape>(&shape); }
 };
@@ -117,17 +117,17 @@ struct Body {
 /// The most moving bodies of a scene.
 inline constexpr std::size_t max_moving_bodies = 8;
 
-/// From where a scene is looked at.
+/// The view of a scene.
 struct Camera {
   Vec3 from_W{1, 0.5, 0.42};  ///< from the middle of the scene towards the camera, of any length above zero
-  Vec3 up_W{0, 0, 1};         ///< what is up in the picture; not along `from_W`
+  Vec3 up_W{0, 0, 1};         ///< the upward direction in the picture; not along `from_W`
   bool operator==(const Camera&) const = default;
 };
 
-/// What a graph's nodes act in.
+/// The scene in which a graph's nodes act.
 struct Scene {
   Vec3 gravity_W{0, 0, -9.81};  ///< m/s^2
-  Camera camera;                ///< for those who draw it; nothing else depends on it
+  Camera camera;                ///< for drawing; nothing else depends on it
   std::vector<Body> bodies;
   std::string tool_name;  ///< the moving body that hangs on the device; empty: the first one that moves
 
@@ -148,12 +148,12 @@ struct Scene {
     }
     return indices;
   }
-  /// The moving body that hangs on the device, or null where nothing moves.
+  /// The moving body that hangs on the device, or null if nothing moves.
   [[nodiscard]] const Body* tool() const {
     const std::vector<std::size_t> indices = moving();
     return indices.empty() ? nullptr : &bodies[indices.front()];
   }
-  /// True where the tool can rotate, so that torque has a meaning.
+  /// True if the tool can rotate, so that torque has a meaning.
   [[nodiscard]] bool rotates() const { return tool() != nullptr && tool()->motion == Motion::rigid; }
 };
 

@@ -13,7 +13,7 @@ namespace tactor {
 enum class Lane : std::uint8_t {
   pool,      ///< light nodes: a few workers that all of them share
   thread,    ///< heavy nodes: a thread of its own, or one shared by the nodes that name the same thread
-  realtime,  ///< devices: a loop with absolute deadlines that nothing else runs in
+  realtime,  ///< devices: an exclusive loop with absolute deadlines
 };
 
 /// A scheduling policy of the operating system.
@@ -43,13 +43,13 @@ struct Scheduling {
   bool operator==(const Scheduling&) const = default;
 };
 
-/// What happens where a privilege for real time is missing.
+/// What happens if a privilege for real time is missing.
 enum class OnMissingPrivilege : std::uint8_t {
-  warn,  ///< run with what there is and say so
+  warn,  ///< run without it and warn
   fail,  ///< do not start
 };
 
-/// What happens where a step does not come back.
+/// What happens if a step does not come back.
 enum class OnStall : std::uint8_t {
   stop,     ///< the run ends, exit code 1
   recover,  ///< the force stays at zero until the step comes back, then ramps up again
@@ -61,7 +61,7 @@ struct LiveSettings {
   OnStall on_stall = OnStall::stop;
   Duration stall_timeout{500'000'000};  ///< a step that takes longer has stalled
   bool impose_cost = false;             ///< results are held back until the declared cost of their step has passed
-  int pool_workers = 0;                 ///< threads of the pool; 0: as many as its nodes and the cores make sensible
+  int pool_workers = 0;                 ///< threads of the pool; 0: chosen from the numbers of nodes and cores
   ThreadSettings pool{SchedulingPolicy::fifo, 50, std::nullopt};
 
   bool operator==(const LiveSettings&) const = default;

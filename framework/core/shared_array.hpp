@@ -1,4 +1,4 @@
-// Arrays in messages whose size changes: immutable, shared by all copies of a message, and out of a bounded pool.
+// Arrays of changing size in messages: immutable, shared by all copies of a message, taken from a bounded pool.
 #pragma once
 
 #include <atomic>
@@ -57,8 +57,8 @@ class SharedBytes {
 };
 static_assert(sizeof(SharedBytes) == sizeof(void*));
 
-/// A block for `count` elements of `size` bytes, freed by whoever drops the last copy. For arrays that are read from a
-/// file; what runs beside a real-time lane takes an ArrayPool.
+/// A block for `count` elements of `size` bytes, freed with the last copy. Use it for arrays that are read from a file;
+/// code that runs beside a real-time lane uses an ArrayPool.
 ArrayBlock* allocate_array(std::size_t count, std::size_t size);
 
 /// The blocks of a pool. It lives until the pool and all arrays out of it are gone.
@@ -69,10 +69,10 @@ class ArrayMemory {
   ArrayMemory(const ArrayMemory&) = delete;
   ArrayMemory& operator=(const ArrayMemory&) = delete;
 
-  /// A free block; null where all are in use. Any thread, no lock.
+  /// A free block; null if all are in use. Any thread, no lock.
   ArrayBlock* take() noexcept;
   void give_back(ArrayBlock* block) noexcept;
-  /// The pool goes.
+  /// The pool is destroyed.
   void abandon() noexcept { drop(); }
 
  private:
@@ -118,8 +118,8 @@ class SharedArray {
 
 /// Makes arrays of up to `capacity` elements, `arrays` of them at the same time.
 ///
-/// An edge keeps up to 2 n + 4 messages for a queue of n, so a pool wants that many arrays for each edge that its
-/// messages go along, and one for the message that is being made.
+/// An edge keeps up to 2 n + 4 messages for a queue of n, so a pool needs that many arrays for each edge that carries
+/// its messages, and one for the message that is being made.
 template <class T>
 class ArrayPool {
  public:
@@ -131,8 +131,8 @@ class ArrayPool {
 
   [[nodiscard]] std::size_t capacity() const { return capacity_; }
 
-  /// An array of `count` elements, written by `fill(std::span<T>)`. None where all arrays are in use: then readers hold
-  /// them, and the caller leaves a message out. `count` is at most the capacity.
+  /// An array of `count` elements, written by `fill(std::span<T>)`. Empty if readers hold all arrays of the pool; the
+  /// caller then leaves a message out. `count` is at most the capacity.
   template <class Fill>
   std::optional<SharedArray<T>> make(std::size_t count, const Fill& fill) {
     TACTOR_DEMAND(count <= capacity_);

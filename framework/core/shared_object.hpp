@@ -1,4 +1,4 @@
-// Objects that are dear to make, one of each in the process, whichever library asks for them.
+// Objects that are expensive to make, shared by all libraries of the process.
 #pragma once
 
 #include <functional>
@@ -7,8 +7,8 @@
 
 namespace tactor {
 
-/// The object of that key that somebody holds, or else what `make` makes. A key must tell the type as well. Callers
-/// wait for each other, so it is for the making of nodes and not for their steps.
+/// The object of that key that somebody still holds, or else the result of `make`. The key must name the type as well.
+/// Callers wait for each other, so use it when nodes are made and not in their steps.
 std::shared_ptr<const void> shared_object(const std::string& key,
                                           const std::function<std::shared_ptr<const void>()>& make);
 

@@ -1,4 +1,4 @@
-// How far one sampled force signal is from another: error, delay, smoothness, share that can be felt.
+// Compares two sampled force signals: error, delay, smoothness, share of the error that can be felt.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ struct Smoothness {
 Smoothness smoothness(std::span<const Vec3> x, double step_ms);
 
 /// RMS of the part of `x` above `cutoff_hz`: through a Butterworth high-pass of fourth order (bilinear, -3 dB at the
-/// cutoff) forwards and then backwards, so that nothing is shifted. A wave of frequency f keeps the share
+/// cutoff) forwards and then backwards, so without a shift. A wave of frequency f keeps the share
 /// 1 / (1 + (tan(pi cutoff / rate) / tan(pi f / rate))^8) of its amplitude. Beyond its ends the signal goes on as its
 /// reflection through the end point (x_{-i} = 2 x_0 - x_i), for three periods of the cutoff at most. `rate_hz` samples
 /// a second, more than twice the cutoff.
@@ -40,30 +40,30 @@ double rms_above(std::span<const Vec3> x, double cutoff_hz, double rate_hz);
 /// By how many steps `x` is behind `reference`: the lag of the largest normalised cross-correlation
 /// sum_i x_{i+l} . r_i / sqrt(sum_i |x_{i+l}|^2 sum_i |r_i|^2) within +-max_lag, refined by the parabola through the
 /// peak and its neighbours. For each lag the sums are over the samples that overlap, less their means, so that a signal
-/// merely shifted by whole steps correlates by exactly 1. Positive: x is late. Nothing where a signal is constant or
-/// has no more than 2 max_lag samples. A peak has a lag on either side that is no higher, so that the ends of the range
-/// are none; of those within 2 % of the highest correlation the nearest to zero counts, so that a tremor, whose
-/// correlation comes back with each of its periods, is not taken for a delay of a period. Without a peak: nothing.
+/// merely shifted by whole steps correlates by exactly 1. Positive: x is late. Empty if a signal is constant or has no
+/// more than 2 max_lag samples. A peak needs a neighbour on either side that is no higher, so the ends of the range are
+/// not peaks. Of the peaks within 2 % of the highest correlation, the one nearest to zero counts: a tremor correlates
+/// again after each of its periods, and this must not count as a delay of a period. Without a peak: empty.
 std::optional<double> delay_steps(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag);
 
-/// By how many steps `x` is behind `reference`, as delay_steps has it of what both change in `change` steps: of a force
-/// that rises slowly, parts far apart are alike, and their changes are not.
+/// By how many steps `x` is behind `reference`: delay_steps of the changes of both within `change` steps. Distant parts
+/// of a slowly rising force are alike, but their changes are not.
 inline constexpr double delay_change_time_s = 0.02;  ///< which `change` stands for wherever a delay is told
 std::optional<double> delay_of_changes(std::span<const Vec3> x, std::span<const Vec3> reference, std::int64_t max_lag,
                                        std::int64_t change);
 
-/// Whether a delay by `late` steps explains how x differs from the reference: x and the reference shifted by it differ,
-/// in RMS, by less than half of what the reference varies about its mean.
+/// Whether a delay by `late` steps explains the difference of x from the reference: the RMS difference of x from the
+/// shifted reference is less than half of the reference's RMS variation about its mean.
 bool is_explained_by(double late, std::span<const Vec3> x, std::span<const Vec3> reference);
 
 /// The share of samples with |x_i - reference_i| > max(floor, fraction |reference_i|).
 double share_beyond(std::span<const Vec3> x, std::span<const Vec3> reference, double floor, double fraction);
 
-/// What is shown after contact was lost.
+/// The force displayed after contact was lost.
 struct AfterLoss {
   double overshoot = 0;  ///< the largest force towards the surface, beyond what the reference itself has
-  double ghost = 0;      ///< the largest force still shown the old way in the second half of the window, when what is
-                         ///< merely late has passed
+  double ghost = 0;      ///< the largest force still in the old direction in the second half of the window, when a
+                         ///< merely late force has passed
 };
 
 /// Contact is lost at i where |reference| falls to `threshold` or under; the direction d of reference_{i-1} is away

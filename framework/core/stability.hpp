@@ -1,4 +1,4 @@
-// Judges from the signals of a run whether it was stable: energy from nowhere, oscillation at rest, balance at rest.
+// Decides from the signals of a run whether it was stable: energy from nowhere, oscillation at rest, balance at rest.
 #pragma once
 
 #include <algorithm>
@@ -11,10 +11,10 @@
 
 namespace tactor {
 
-/// What became of a run, the worse the larger. The numbers are those of the metric `stability.verdict`.
+/// The verdict on a run; a larger number is worse. The numbers are those of the metric `stability.verdict`.
 enum class StabilityVerdict : int {
   stable = 0,
-  limit_cycle = 1,     ///< the tool swung on while it was to be at rest
+  limit_cycle = 1,     ///< the tool kept oscillating when it should have been at rest
   pushed_through = 2,  ///< the tool rested where the static balance does not allow it
   energy = 3,          ///< energy came from nowhere
   not_finite = 4,      ///< a signal was NaN or infinite
@@ -24,8 +24,8 @@ enum class StabilityVerdict : int {
 /// `stable`, `limit_cycle`, ...
 const char* name_of(StabilityVerdict verdict);
 
-/// The most that a sequence rises and falls again, or falls and rises: the smaller of its largest rise and its largest
-/// fall. Zero for a motion in one direction, the peak-to-peak amplitude for one that goes on.
+/// The largest rise and fall of a sequence: the smaller of its largest rise and its largest fall. It is zero for a
+/// motion in one direction, and the peak-to-peak amplitude for a lasting oscillation.
 class PeakToPeak {
  public:
   void see(double x);
@@ -41,7 +41,7 @@ class PeakToPeak {
 /// Zero where there are fewer than three of them, which are one period. `t` increases; both have the same length.
 double oscillation_frequency(const std::vector<double>& t, const std::vector<double>& x);
 
-/// A stretch in which the tool is to stand still.
+/// An interval in which the tool should stand still.
 struct StabilityRest {
   double begin = 0, end = 0;  ///< s
   std::optional<Vec3> p_WT;   ///< m, where static balance puts the tool, by the axes that `known` names
@@ -49,10 +49,10 @@ struct StabilityRest {
   double tolerance = 1e-3;    ///< m, beyond which the tool was pushed through something
 };
 
-/// Beyond what a run is not stable.
+/// The limits beyond which a run counts as unstable.
 struct StabilityLimits {
   double generated_share = 0.1;    ///< energy beyond what came in, as a share of all that came in
-  double generated_min = 1e-6;     ///< J, below which nothing is said of energy
+  double generated_min = 1e-6;     ///< J; less generated energy is ignored
   double peak_to_peak_max = 1e-6;  ///< m, at rest, from peak to peak
 };
 
@@ -82,15 +82,15 @@ struct StabilityFinding {
 
 /// Sees the samples of a run in the order of time, the first at its beginning.
 ///
-/// Energy from nowhere: `generated_J` is the largest over time of stored(t) - stored(0) - given(0..t). A system that is
-/// passive never has more than it was given; one that has made energy by a hold, a delay or a step that is too long
-/// has. The verdict is `energy` where that is more than `generated_min` and than `generated_share` of all that came
-/// in: what was given and not taken, what fell, and what `add_stored` says.
+/// Energy from nowhere: `generated_J` is the largest value over time of stored(t) - stored(0) - given(0..t). A passive
+/// system never has more than it was given; a system that generates energy by a hold, a delay or too long a step has.
+/// The verdict is `energy` if this is more than `generated_min` and more than `generated_share` of all energy that came
+/// in: energy given and not taken out, released by falling, and added by `add_stored`.
 class StabilityJudge {
  public:
   explicit StabilityJudge(StabilityLimits limits, std::vector<StabilityRest> rests = {});
 
-  /// Energy in J that lay in the system at the beginning and that the samples do not tell of, such as in contacts.
+  /// Adds energy in J that was in the system at the beginning and that the samples lack, such as in contacts.
   void add_stored(double energy);
   /// False where a signal is not finite, from then on.
   bool see(const StabilitySample& sample);

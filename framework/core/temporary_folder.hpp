@@ -1,4 +1,4 @@
-// A folder of one's own that goes with its owner.
+// A temporary folder that is removed with its owner.
 #pragma once
 
 #include <stdlib.h>
@@ -11,7 +11,7 @@
 
 namespace tactor {
 
-/// Makes a folder that no other user can foresee or read; removes it with all it holds. Throws RunError where none can
+/// Makes a folder that no other user can predict or read, and removes it with its content. Throws RunError if none can
 /// be made.
 class TemporaryFolder {
  public:

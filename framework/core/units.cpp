@@ -172,7 +172,7 @@ std::variant<Quantity, std::string> parse_quantity(std::string_view text) {
   }
   double value = 0;
   const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), value);
-  if (error != std::errc{}) return quoted(whole) + " is beyond what a double can hold";
+  if (error != std::errc{}) return quoted(whole) + " is too large for a double";
   rest.remove_prefix(static_cast<std::size_t>(end - rest.data()));
   if (negative) value = -value;
   const std::string_view unit_text = trimmed(rest);
@@ -184,7 +184,7 @@ std::variant<Quantity, std::string> parse_quantity(std::string_view text) {
           : parse_unit(unit_text.front() == '/' ? std::string(1, '1').append(unit_text) : std::string(unit_text));
   if (!unit) return quoted(unit_text) + " in " + quoted(whole) + " is not a unit";
   const double si = value * unit->scale;
-  if (!std::isfinite(si)) return quoted(whole) + " is beyond what a double can hold";
+  if (!std::isfinite(si)) return quoted(whole) + " is too large for a double";
   return Quantity{si, unit->dimension};
 }
 

@@ -1,4 +1,4 @@
-// Bad input of which one value of a graph is the cause, so that the error can point at where that value was written.
+// Bad input caused by one value of a graph, so that the error can point at the place of that value.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace tactor {
 
-/// As InputError. path(): the value that the user is to change, `scene.bodies.tool.mesh`, or a parameter of the node
-/// that throws it (`file`). Whoever makes the node puts the place in front of the message.
+/// Like InputError. path(): the value that the user has to change, `scene.bodies.tool.mesh`, or a parameter of the node
+/// that throws it (`file`). The code that makes the node puts the place in front of the message.
 class ValueError : public InputError {
  public:
   ValueError(std::string path, const std::string& message) : InputError(message), path_(std::move(path)) {}
@@ -19,7 +19,7 @@ class ValueError : public InputError {
   std::string path_;
 };
 
-/// Calls `work`, and what it refuses is about the value `path`, unless it says itself what it is about.
+/// Calls `work`. An InputError that it throws becomes a ValueError about `path`, unless it is a ValueError already.
 template <class Work>
 auto about(const std::string& path, const Work& work) -> decltype(work()) {
   try {

@@ -164,7 +164,7 @@ void PlanNodes::guarded(std::size_t index, Time now, const Work& work) {
   } catch (const std::exception& error) {
     throw failed(error.what());
   } catch (...) {
-    throw failed("it threw what is no exception");
+    throw failed("it threw an object that is not a std::exception");
   }
 }
 

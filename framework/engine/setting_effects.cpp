@@ -156,7 +156,7 @@ class EffectCheck {
       const bool order = said_of(state.params).refusal.empty();
       refuse(group.path, group.text,
              why + (order ? "; so it is when " + step.text + " is set after " + after(from) +
-                                ", because settings are made one by one; give them in another order"
+                                ", because settings are applied one by one; give them in another order"
                           : ""));
       return std::nullopt;
     }

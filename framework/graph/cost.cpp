@@ -76,7 +76,7 @@ CostModel read_cost(const Tree& tree, const std::string& path, const FileFinder&
     std::string message = path + ": expected none or a map with one of constant, per_contact, trace, found " +
                           (keys.empty() ? describe(tree) : list_of(keys));
     if (const Tree* base = tree.value("base"); base != nullptr && !constant && !trace) {
-      message += "; base goes with per_contact: for a cost that no contact adds to write constant: " +
+      message += "; base needs per_contact: for a cost that does not grow with contacts, write constant: " +
                  (base->is_scalar() ? base->text : "TIME");
     }
     diagnostics.error(tree.place, message);

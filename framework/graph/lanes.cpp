@@ -104,7 +104,7 @@ std::string read_thread(const NodeInfo& info, const Tree& node, const std::strin
   const std::string full = path + ".thread";
   if (lane != Lane::thread) {
     diagnostics.error(thread->place, full + ": expected it with lane thread, " + found_lane(info, node, lane) +
-                                         "; write lane: thread beside it, or take it out");
+                                         "; add lane: thread, or remove it");
     return {};
   }
   const auto name = read_text(thread->value, full, diagnostics);
@@ -230,18 +230,15 @@ void check_realtime_edges(const GraphSpec& graph, Diagnostics& diagnostics) {
                                 (edge.queue_is_default ? " (the default of " + edge.to_node + ")" : "") + "; ";
     if (graph.node(edge.from_node)->info->actuator && graph.node(edge.from_node)->scheduling.lane != Lane::realtime) {
       diagnostics.error(edge.place,
-                        blocked + edge.from_node +
-                            " drives a device, whose next tick waits for nobody, so that a force never outlives a "
-                            "slow reader");
+                        blocked + edge.from_node + " drives a device, and a device never waits for a slow reader");
       continue;
     }
     for (const std::string& name : {edge.from_node, edge.to_node}) {
       if (graph.node(name)->scheduling.lane != Lane::realtime) continue;
-      const std::string what = name == edge.from_node
-                                   ? name + " is in the realtime lane, whose loop never waits for a reader"
-                                   : name +
-                                         " is in the realtime lane, whose loop takes what is newest and lets no "
-                                         "writer wait";
+      const std::string what =
+          name == edge.from_node
+              ? name + " is in the realtime lane, whose loop never waits for a reader"
+              : name + " is in the realtime lane, whose loop takes the newest message and never makes a writer wait";
       diagnostics.error(edge.place, blocked + what);
       break;
     }

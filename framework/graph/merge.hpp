@@ -15,7 +15,7 @@ namespace tactor {
 /// which one is known.
 void merge_graph(Tree& parent, const Tree& child);
 
-/// The two ends of an edge as its text says them; empty where it is none.
+/// The two ends of an edge, read from its text; empty if the text is not an edge.
 struct EdgeEnds {
   std::string from;  ///< `node.port`
   std::string to;

@@ -73,7 +73,7 @@ void check_steps(const GraphSpec& graph, const std::vector<Wire>& wires, const s
   }
   diagnostics.error(node.place, "nodes." + node.name +
                                     ": nothing makes it step: expected an edge into one of its triggers (" +
-                                    (inputs.empty() ? "it has none" : inputs) + "), found none that is kept");
+                                    (inputs.empty() ? "it has none" : inputs) + "), found none that is left");
 }
 
 void check_hardware(const GraphSpec& graph, const NodeSpec& node, bool reference, Diagnostics& diagnostics) {
@@ -104,7 +104,7 @@ Plan build(GraphSpec graph, bool reference) {
                                            [](const NodeSpec& node) { return node.info->sink || node.info->sets; });
   if (!ends && !reference) {
     diagnostics.error(whole,
-                      "expected a sink among the nodes or something to record, found neither: nothing would run");
+                      "expected a sink among the nodes or an output to record, found neither: nothing would run");
   }
   const std::vector<bool> triggers = resolve_triggers(graph, wires, kept);
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {

@@ -99,7 +99,7 @@ Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires) {
     const bool costs = graph.nodes[n].cost.kind != CostModel::Kind::none && !graph.scene.deformable().empty();
     kept.left_out.push_back(
         {"node " + graph.nodes[n].name,
-         reason + (costs ? "; its declared cost is left out too: give one to what does its work" : "")});
+         reason + (costs ? "; its declared cost is left out too: give a cost to the node that does its work" : "")});
   }
   for (std::size_t e = 0; e < wires.size(); ++e) {
     const bool from = kept.nodes[wires[e].from];

@@ -147,7 +147,7 @@ void read_deformation(Body& body, const Tree& tree, const std::string& path, Dia
     for (const char* key : {"mass", "inertia"}) {
       if (const Tree* value = tree.value(key)) {
         diagnostics.error(value->place,
-                          path + "." + key + ": the density of a deformable body gives its mass; expected none");
+                          path + "." + key + ": expected no mass, because the density of a deformable body gives it");
       }
     }
     return;
@@ -199,10 +199,9 @@ Body read_body(const TreeEntry& entry, const std::string& path, const FileFinder
       const Vec3& I = *body.inertia;
       // Ten digits of slack for flat bodies, whose largest moment is the sum of the others.
       if (2 * std::max({I.x, I.y, I.z}) > (I.x + I.y + I.z) * (1 + 1e-10)) {
-        diagnostics.error(inertia->place, path +
-                                              ".inertia: expected moments of which none is larger than the sum of the "
-                                              "other two, found " +
-                                              number_text(I.x) + ", " + number_text(I.y) + ", " + number_text(I.z));
+        diagnostics.error(inertia->place,
+                          path + ".inertia: expected moments, each at most the sum of the other two, found " +
+                              number_text(I.x) + ", " + number_text(I.y) + ", " + number_text(I.z));
       }
     }
   }

@@ -27,7 +27,7 @@ std::string why_not_settable(const GraphSpec& graph, const Kept& kept, const std
       if (param.tunable && kept.nodes[n]) tunable.push_back(name);
       if (name != full) continue;
       if (!kept.nodes[n]) return "node " + node.name + " is left out: " + kept.node_reasons.at(n);
-      if (!param.tunable) return node.info->type + " reads it when it is made; it cannot be set while the run goes on";
+      if (!param.tunable) return node.info->type + " reads it only at the start; it cannot be set during the run";
       static_cast<void>(parse_parameter(node, p, value, where));
       return {};
     }

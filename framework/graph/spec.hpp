@@ -113,7 +113,7 @@ std::string to_yaml(const GraphSpec& spec);
 
 /// What makes `to` of `from`, as a file that extends `extends` (the paths of the files that `from` was loaded from, as
 /// the text is to name them): the rate of the haptic loop, parameters, types, costs and lanes of nodes, edges that are
-/// gone, and the motion and material of bodies. What else differs is not told, so whoever needs all compares what the
+/// gone, and the motion and material of bodies. Other differences are not listed, so to find them all, compare what the
 /// text loads to.
 std::string to_overlay(const GraphSpec& from, const GraphSpec& to, const std::string& title,
                        const std::vector<std::string>& extends);

@@ -129,7 +129,7 @@ bool check_name(const TreeEntry& entry, const std::string& path, Diagnostics& di
     return false;
   }
   if (std::find(reserved.begin(), reserved.end(), name) == reserved.end()) return true;
-  diagnostics.error(entry.place, path + ": \"" + name + "\" is a word with a meaning of its own; take another name");
+  diagnostics.error(entry.place, path + ": \"" + name + "\" is a reserved word; choose another name");
   return false;
 }
 

@@ -1,4 +1,4 @@
-// What a library that Tactor loads states of itself, and how that is read before the library is loaded.
+// The hash of headers that a library states in its file, read and compared before the library is loaded.
 #pragma once
 
 #include <filesystem>
@@ -27,7 +27,7 @@ std::string framework_abi();
 /// The hash that a library states; empty where it states none. Reads its file, and runs nothing of it.
 std::string stated_abi(const std::filesystem::path& file);
 
-/// Throws InputError, with both hashes and what to do, where the library states another hash than this libtactor's or
+/// Throws InputError, with both hashes and what to do, if the library states a hash other than this libtactor's, or
 /// none.
 void check_abi(const std::filesystem::path& file);
 

@@ -63,12 +63,12 @@ class Declare {
     info_.details = std::move(text);
     return *this;
   }
-  /// What it does in the pipeline; sinks and actuators have theirs by being so.
+  /// Its role in the pipeline; sinks and actuators have theirs already.
   Declare& role(Role role) {
     info_.role = role;
     return *this;
   }
-  /// It is not warm from the start (Node::warm_since), but once that has happened: `its window is full`.
+  /// It is warm (Node::warm_since) not from the start, but only when this has happened: `its window is full`.
   Declare& warms_up(std::string when) {
     info_.warm_when = std::move(when);
     return *this;
@@ -87,7 +87,7 @@ class Declare {
     info_.lane = Lane::realtime;
     return role(Role::device).realtime_safe();
   }
-  /// It talks to hardware, so that it runs with `clock: real` alone.
+  /// It talks to hardware, so it runs only with `clock: real`.
   Declare& hardware() {
     info_.hardware = true;
     return actuator();
@@ -114,7 +114,7 @@ class Declare {
     };
     return *this;
   }
-  /// Where it leads the hand (see NodeInfo::hand_path).
+  /// The path along which it leads the hand (see NodeInfo::hand_path).
   Declare& hand_path(std::function<HandPath(const P&, const NodeContext&)> path) {
     auto params = params_;
     info_.hand_path = [params, path](const std::vector<ParamValue>& values, const NodeContext& context) {
@@ -127,10 +127,10 @@ class Declare {
     info_.fed = true;
     return *this;
   }
-  /// The parameters `names` may be set while a session runs. N has `void tune(const Params&)`, which is called between
-  /// two steps, on the thread that makes them, with all parameters; in the real-time lane it allocates, locks and waits
-  /// for nothing. What would step a force goes there over some time. Where N has `std::string refuses(const Params&)
-  /// const`, it is asked before, on any thread, why the node as it is connected cannot have them; empty: it can.
+  /// The parameters `names` may be set while a session runs. N has `void tune(const Params&)`. It is called between two
+  /// steps, on the thread that makes them, with all parameters; in the real-time lane it must not allocate, lock or
+  /// wait. A change that would make the force jump must be reached over some time. If N has `std::string refuses(const
+  /// Params&) const`, it is called before, on any thread, and returns why the node cannot take them; empty: it can.
   Declare& tunable(std::initializer_list<std::string_view> names) {
     for (const std::string_view name : names) {
       const auto param =
@@ -159,7 +159,7 @@ class Declare {
     };
     return *this;
   }
-  /// The value that the parameter `name` takes where a run writes no file: a replay, and a session that keeps no
+  /// The value that the parameter `name` takes if a run writes no file, such as a replay, or a session that keeps no
   /// tables.
   Declare& in_replay(std::string_view name, ParamValue value) {
     for (ParamInfo& param : info_.params) {
@@ -170,12 +170,12 @@ class Declare {
     TACTOR_DEMAND(!"the parameter is declared");
     return *this;
   }
-  /// Its steps allocate, lock and wait for nothing, so that a graph may put it into the real-time lane.
+  /// Its steps do not allocate, lock or wait, so a graph may put it into the real-time lane.
   Declare& realtime_safe() {
     info_.realtime_safe = true;
     return *this;
   }
-  /// It is heavy: when the clock is real it steps on the thread of that name, in turn with its other nodes.
+  /// It is heavy: with `clock: real` it steps on the thread of that name, in turn with the other nodes there.
   Declare& on_thread(std::string name) {
     info_.lane = Lane::thread;
     info_.thread = std::move(name);
@@ -186,14 +186,14 @@ class Declare {
     return *this;
   }
 
-  /// A type whose ports may stand in for those of this one and that does the same with less: in fewer scenes (it
-  /// refuses the others), or less exactly. `tactor lean` tries it.
+  /// A cheaper type that can replace this one, with compatible ports. It works in fewer scenes (and refuses the
+  /// others), or less exactly. `tactor lean` tries it.
   Declare& cheaper(std::string type) {
     info_.cheaper_types.push_back(std::move(type));
     return *this;
   }
-  /// Values of the parameter `name` that may cost less and be less exact, each than the one before. `tactor lean` tries
-  /// those beyond a graph's own. Numbers go up or go down, and are two at least.
+  /// Values of the parameter `name`, each of which may be cheaper and less exact than the one before. `tactor lean`
+  /// tries those beyond a graph's own. Numbers go up or go down, and there are at least two.
   Declare& coarser(std::string_view name, std::vector<ParamValue> values) {
     for (ParamInfo& param : info_.params) {
       if (param.name != name) continue;
@@ -206,7 +206,7 @@ class Declare {
     return *this;
   }
 
-  /// Where the parameters `names` do not count (see ParamInfo::unread).
+  /// When the parameters `names` do not count (see ParamInfo::unread).
   Declare& unread_when(std::initializer_list<std::string_view> names,
                        std::function<std::string(const P&, const ParamUse&)> why) {
     auto params = params_;
@@ -238,7 +238,7 @@ class Declare {
                             [port](Node& node) -> InputBase& { return static_cast<N&>(node).*port; }});
     return *this;
   }
-  /// The input just declared is not read where `test(params)` gives a reason.
+  /// The input just declared is not read if `test(params)` gives a reason.
   Declare& ignored_when(std::function<std::string(const P&)> test) {
     // The parameters are declared by now or later; the lambda reads them when it is called.
     auto params = params_;
@@ -257,7 +257,7 @@ class Declare {
     info_.inputs.back().unneeded = std::move(reason);
     return *this;
   }
-  /// The input `name` does not take what an output of that kind sends; `why` says what to do instead.
+  /// The input `name` rejects messages of outputs of that kind; `why` says what to do instead.
   Declare& refuses(std::string_view name, std::string kind, std::string why) {
     for (InputInfo& input : info_.inputs) {
       if (input.name != name) continue;
@@ -275,7 +275,7 @@ class Declare {
     return *this;
   }
 
-  /// An output whose message type `type_of` tells from the parameters.
+  /// An output whose message type follows from the parameters by `type_of`.
   Declare& output(std::string name, AnyOutput N::*port, std::string doc,
                   std::function<const MessageType&(const P&)> type_of) {
     OutputInfo output{std::move(name), &any_message(), std::move(doc),
@@ -309,12 +309,12 @@ class Declare {
     info_.metrics.back().summed = true;
     return *this;
   }
-  /// Runs in which that happens do not report the metric just declared: `contact is never lost`.
+  /// A run in which this happens does not report the metric just declared: `contact is never lost`.
   Declare& missing_where(std::string event) {
     info_.metrics.back().missing = std::move(event);
     return *this;
   }
-  /// The metric just declared is not reported where `test(params, use)` gives a reason.
+  /// The metric just declared is not reported if `test(params, use)` gives a reason.
   Declare& left_out_when(std::function<std::string(const P&, const MetricUse&)> test) {
     auto params = params_;
     info_.metrics.back().left_out = [params, test](const std::vector<ParamValue>& values, const MetricUse& use) {
@@ -323,8 +323,8 @@ class Declare {
     return *this;
   }
 
-  /// The parameters and ports `name` were called `before`: a graph that says so is told, and `tactor migrate` rewrites
-  /// it.
+  /// The parameters and ports `name` were called `before`. The error for a graph with that name says so, and `tactor
+  /// migrate` rewrites it.
   Declare& formerly(std::string_view name, const std::string& before) {
     const auto note = [&](auto& list) {
       for (auto& one : list) {
@@ -337,7 +337,7 @@ class Declare {
     return *this;
   }
 
-  /// A real number, or a Duration (in s) where the member is one.
+  /// A real number, or a Duration (in s) if the member is one.
   template <class M>
   requires std::same_as<M, double> || std::same_as<M, Duration> Declare& real(std::string name, M P::*member,
                                                                               RealOptions o) {
@@ -399,7 +399,7 @@ class Declare {
     };
     return push(std::move(p));
   }
-  /// A file that must exist; `required` false: may be left out, the path is then empty. `kind`: where it is looked for
+  /// A file that must exist; `required` false: it may be left out, and the path is then empty. `kind`: where to search
   /// after the folder of the graph.
   Declare& file(std::string name, std::filesystem::path P::*member, bool required, std::string doc,
                 FileKind kind = any_file) {

@@ -1,4 +1,4 @@
-// What waits on an edge: a bounded queue of stamped messages with the edge's policy, between one writer and one reader.
+// The queue of an edge: bounded, of stamped messages, with the edge's policy, between one writer and one reader.
 #pragma once
 
 #include <atomic>
@@ -36,22 +36,22 @@ struct MessageView {
 
 /// One queue for every edge, wherever its ends are.
 ///
-/// Messages go two steps. `push` puts one among those that have arrived; `admit` hands those on to the reader, who then
-/// sees them: `newest`, `take`. So a step sees what had arrived when it began, and nothing of what comes meanwhile.
-/// Both sides hold up to `capacity` messages, by the policy: what arrives at a full queue takes the place of the oldest
-/// that has arrived, or is refused, and so again where it is admitted. A message that is lost is counted once.
+/// A message takes two steps. `push` adds it to the arrived messages. `admit` passes these on to the reader, who then
+/// sees them by `newest` and `take`. So a step sees the messages that had arrived when it began, and no later ones.
+/// Both sides hold up to `capacity` messages, by the policy: a message at a full queue replaces the oldest arrived one
+/// or is refused, and the same happens when it is admitted. A lost message is counted once.
 ///
-/// One thread may push while another one does all else; nobody waits, locks or allocates. A message is copied once, by
-/// `push`; after that its place is handed on by number. The writer takes the oldest message back from those that have
-/// arrived, by a compare-and-swap on the same counter that the reader takes them by; either may have to try again only
-/// because the other has got one.
+/// One thread may push while another one does everything else; neither waits, locks or allocates. `push` copies the
+/// message once; after that, only the number of its place is passed on. The writer takes the oldest arrived message
+/// back by a compare-and-swap on the counter by which the reader takes messages. Either side must try again only if the
+/// other one has just got a message.
 ///
 /// All storage is made and touched by the constructor.
 class EdgeQueue {
  public:
   /// `type` of the messages must outlive the queue. The capacity of a `latest` queue is 1.
   EdgeQueue(const MessageType& type, Queue queue) : EdgeQueue(type.size, type.alignment, queue) { type_ = &type; }
-  /// For values that are no messages; `size` and `alignment` in bytes.
+  /// For values that are not messages; `size` and `alignment` in bytes.
   EdgeQueue(std::size_t size, std::size_t alignment, Queue queue)
       : queue_(queue),
         capacity_(queue.policy == QueuePolicy::latest ? 1 : queue.capacity),
@@ -109,8 +109,8 @@ class EdgeQueue {
     return true;
   }
 
-  /// Messages that have arrived and that the reader has not admitted; for another thread than the writer of a moment
-  /// ago.
+  /// Messages that have arrived and that the reader has not admitted; for other threads than the writer, where it was
+  /// true a moment ago.
   [[nodiscard]] std::size_t arrived() const noexcept {
     const std::uint64_t head = head_.load(std::memory_order_acquire);
     return static_cast<std::size_t>(tail_.load(std::memory_order_acquire) - head);
@@ -118,8 +118,8 @@ class EdgeQueue {
 
   // The reader.
 
-  /// Lets the reader see what has arrived and was produced by `by`, in order; the first that is newer waits, and so
-  /// does what came after it.
+  /// Lets the reader see the arrived messages that were produced up to the time `by`, in order. The first newer one
+  /// waits, and so do those after it.
   void admit(Time by = latest_time) noexcept {
     while (queue_.policy != QueuePolicy::block || unread_ < capacity_) {
       if (ahead_ == none) ahead_ = next_arrived();

@@ -56,7 +56,7 @@ struct ColumnInfo {
   std::optional<double> default_value;  ///< in SI; absent: the column must be given
 };
 
-/// What a node of a graph meets, as far as it decides which of its parameters count.
+/// The surroundings of a node in a graph that decide which of its parameters count.
 struct ParamUse {
   const Scene* scene = nullptr;                ///< never null
   std::vector<std::string_view> read_outputs;  ///< those that something reads or records
@@ -73,10 +73,10 @@ enum class Role : std::uint8_t {
   collision,      ///< finds contacts
   dynamics,       ///< moves the bodies
   coupling,       ///< makes the force on the device from tool and handle
-  prediction,     ///< expects the next forces, or learns how
-  interpolation,  ///< makes the force between results of the physics
-  force_field,    ///< makes the force from where the device is
-  sink,           ///< what a run is made for
+  prediction,     ///< predicts the next forces, or fits the coefficients for it
+  interpolation,  ///< makes the force between two physics results
+  force_field,    ///< makes the force from the position of the device
+  sink,           ///< uses the results, such as metrics; a run exists for its sinks
 };
 inline constexpr std::size_t role_count = 10;
 /// `force_field`.
@@ -98,27 +98,27 @@ struct ParamInfo {
   std::size_t size = 0;
   FileKind file;                           ///< of a file: where those of the user and the program lie
   std::string doc;                         ///< one line
-  std::string former;                      ///< what it was called before; empty: always so
+  std::string former;                      ///< its earlier name; empty: none
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
   std::optional<ParamValue> in_replay;     ///< the value this parameter takes where a run writes no file
   bool tunable = false;                    ///< it may be set while a session runs
-  std::optional<Role> as_in;               ///< where a graph gives none, the value that its node of that role has
-  std::vector<ParamValue> coarser;         ///< coarser values, each more so than the one before
-  /// Why the node does not read it, given the values of all its parameters, or empty where it does; null: it always
-  /// reads it.
+  std::optional<Role> as_in;               ///< if a graph gives no value: take that of its node of this role
+  std::vector<ParamValue> coarser;         ///< coarser values, each coarser than the one before
+  /// The reason why the node does not read it, given the values of all its parameters, or empty if it does; null: it
+  /// always reads it.
   std::function<std::string(const std::vector<ParamValue>&, const ParamUse&)> unread;
   std::function<void(void* params, const ParamValue&)> assign;
 };
 
 /// When a message at an input makes the node step.
 enum class Trigger : std::uint8_t {
-  no,          ///< never; the newest is there when something else makes the node step
+  no,          ///< never; the node finds the newest message when something else makes it step
   yes,         ///< always
-  when_alone,  ///< only where no input with `yes` is connected
+  when_alone,  ///< only if no input with `yes` is connected
 };
 
-/// The first value of `info.coarser` that lies beyond `value`: of numbers, in the direction in which they go; else the
-/// one after it, or the first where it is not among them. None where there is none.
+/// The first value of `info.coarser` beyond `value`: for numbers, in the direction of the list; otherwise the one after
+/// it, or the first if `value` is not in the list. Empty if there is no such value.
 std::optional<ParamValue> next_coarser(const ParamInfo& info, const ParamValue& value);
 
 struct InputInfo {
@@ -129,14 +129,14 @@ struct InputInfo {
   bool required = true;
   Queue queue{};             ///< the policy of an edge that names none
   bool in_reference = true;  ///< false: a reference run does without it, and without what only feeds it
-  bool reference = false;    ///< what arrives here in the reference run is the truth for the sink
-  bool judged = false;       ///< the sink compares what arrives here with that truth
-  /// Why the input is not read under these parameter values (by index), or empty where it is.
+  bool reference = false;    ///< the messages here in the reference run are the truth for the sink
+  bool judged = false;       ///< the sink compares the messages here with that truth
+  /// The reason why the input is not read under these parameter values (by index), or empty if it is.
   std::function<std::string(const std::vector<ParamValue>&)> ignored;
   std::function<InputBase&(Node&)> access;
-  /// Why a scene makes the input required that others are not, or empty where it does not.
+  /// The reason why a scene requires the input although others do not, or empty if it does not.
   std::function<std::string(const Scene&)> needed{};
-  /// Why a scene has nothing to send there, or empty where it has.
+  /// The reason why a scene has nothing to send there, or empty if it has.
   std::function<std::string(const Scene&)> unneeded{};
   /// A kind of messages (see OutputInfo) that the input does not take, and what to do instead.
   std::string refused_kind{}, refused_why{};
@@ -148,7 +148,7 @@ struct OutputInfo {
   const MessageType* type = nullptr;
   std::string doc;
   std::function<OutputBase&(Node&)> access;
-  /// What all its messages are beside their type, where some inputs do not take that; a word such as `massless`.
+  /// A tag that all messages of the output carry and that some inputs reject; a word such as `massless`.
   std::string kind{};
   std::string former{};  ///< what it was called before; empty: always so
   /// Where `type` is `any_message()`: the type under the parameter values (by index), which lives as long as the
@@ -161,11 +161,11 @@ enum class Better : std::uint8_t { lower, higher, neither };
 /// `lower`, `higher` or `neither`.
 std::string_view name_of(Better better);
 
-/// What a node meets in a run, as far as it decides which of its metrics it reports.
+/// The surroundings of a node in a run that decide which of its metrics it reports.
 struct MetricUse {
   bool torque = true;                    ///< the tool of the scene turns
   bool reference = true;                 ///< the run is compared with its reference run
-  std::vector<std::string_view> inputs;  ///< those that something feeds
+  std::vector<std::string_view> inputs;  ///< the connected inputs
   [[nodiscard]] bool is_fed(std::string_view input) const {
     return std::find(inputs.begin(), inputs.end(), input) != inputs.end();
   }
@@ -177,10 +177,10 @@ struct MetricInfo {
   std::string unit = "1";  ///< of the value as it is reported
   std::string doc;         ///< one line
   Better better = Better::neither;
-  bool summed = false;  ///< nodes add to one value; else the second node's has the node's name in front
+  bool summed = false;  ///< nodes add to one value; else the name of a second one gets its node's name in front
   /// The runs that do not report it because of what happens in them: `contact is never lost`; empty: none.
   std::string missing{};
-  /// Why the node does not report it, given the values of its parameters, or empty where it does; null: it does.
+  /// The reason why the node does not report it, given its parameters, or empty if it does; null: it always does.
   std::function<std::string(const std::vector<ParamValue>&, const MetricUse&)> left_out{};
 };
 
@@ -188,7 +188,7 @@ struct MetricInfo {
 inline constexpr std::array<std::string_view, 8> node_keys{"type",   "python", "cost",     "lane",
                                                            "thread", "policy", "priority", "cpu"};
 
-/// A tunable parameter of another node that a node sets while the run goes on.
+/// A tunable parameter of another node that a node sets during the run.
 struct Setting {
   std::string path;  ///< of the value that says so, among the node's own parameters: `conditions.A`
   std::string text;  ///< `select.use=first`, as Session::set takes it
@@ -200,13 +200,13 @@ struct NodeInfo;
 /// output whose type depends on them. It lives as long as the process. Throws InputError as `type_of` does.
 const NodeInfo& with_output_types(const NodeInfo& info, const std::vector<ParamValue>& values);
 
-/// The type that a scene's nodes of another type become, and why.
+/// The type that replaces a node's type in a scene, and why.
 struct Resolution {
   const NodeInfo* info = nullptr;  ///< lives as long as the process
   std::string reason;              ///< `the moving body tool is a sphere`
 };
 
-/// The rate of the haptic loop where a graph does not give one, in Hz.
+/// The rate of the haptic loop in Hz if a graph gives none.
 inline constexpr double default_haptic_rate = 1000;
 
 /// Shows a person a text and waits for the answer: true for yes.
@@ -226,46 +226,46 @@ struct NodeInfo {
   std::vector<ParamInfo> params;
   std::vector<MetricInfo> metrics;  ///< all that the node's report() may set or add to
   Role role = Role::other;
-  /// What has to happen in a run before the node works as it goes on to (see Node::warm_since): `its window is full`;
-  /// empty: nothing.
+  /// What has to happen in a run before the node works normally (see Node::warm_since): `its window is full`; empty:
+  /// nothing.
   std::string warm_when{};
-  bool sink = false;                          ///< it is what a run is made for; never left out for lack of readers
-  bool needs_torque = false;                  ///< it makes no sense in a translation-only scene
+  bool sink = false;                          ///< it uses results; never left out for lack of readers
+  bool needs_torque = false;                  ///< it has no use in a translation-only scene
   bool actuator = false;                      ///< it drives a device: a run starts and stops around it
   bool hardware = false;                      ///< it talks to hardware: it needs `clock: real`
   bool fed = false;                           ///< its messages come from outside of the run; it never steps
   bool realtime_safe = false;                 ///< its steps allocate, lock and wait for nothing
   Lane lane = Lane::pool;                     ///< where it steps when the clock is real, unless the graph says
   std::string thread;                         ///< for Lane::thread: the thread it shares, unless the graph says
-  std::vector<std::string> cheaper_types;     ///< that do the same with less: in fewer scenes, or less exactly
+  std::vector<std::string> cheaper_types;     ///< cheaper types for the same: for fewer scenes, or less exact
   std::optional<std::size_t> rate_parameter;  ///< index of the parameter in Hz that makes the node step at a rate
   bool haptic_rate = false;                   ///< that rate is the graph's, the same in all nodes of the haptic loop
-  /// Why a scene does not need the node, or empty where it does.
+  /// The reason why a scene does not need the node, or empty if it does.
   std::function<std::string(const Scene&)> unneeded;
-  /// Of a type that stands for others: the one that suits a scene, which a plan puts in its place. That one has the
-  /// same ports; parameters pass on by name, those that it lacks are dropped, and its others take their defaults.
+  /// For a type that stands for others: chooses the type that suits a scene; a plan puts that one in its place. It has
+  /// the same ports. Parameters pass on by name; those that it lacks are dropped, and its others take their defaults.
   std::function<Resolution(const Scene&)> resolve;
   /// Throws InputError where the constructor would (YamlError for errors inside a file that a parameter names), and
   /// tells the same notes. It makes the node and throws it away, unless the type declares a check of its own; neither
   /// touches hardware. Null where `create` is.
   std::function<void(const std::vector<ParamValue>&, const NodeContext&)> check{};
-  /// Where a node leads the hand in a run of the context's duration; the values have passed `check`. Empty: the type
-  /// leads no hand.
+  /// The path along which a node leads the hand in a run of the context's duration; the values have passed `check`.
+  /// Empty: the type leads no hand.
   std::function<HandPath(const std::vector<ParamValue>&, const NodeContext&)> hand_path{};
-  /// Of hardware: a line for each attached device that the type recognises, asked without opening any for long. What
-  /// keeps devices from being recognised, such as a broken profile, is a line each in `notes`.
+  /// For hardware: a line for each attached device that the type recognises, without opening any for long. Each
+  /// problem that keeps devices from being recognised, such as a broken profile, is a line in `notes`.
   std::function<std::vector<std::string>(std::vector<std::string>& notes)> discover{};
-  /// Of hardware: does what the device needs to know where it is, asks before anything moves, and returns what was
-  /// done. Throws InputError or RunError. Empty: the device needs none.
+  /// For hardware: calibrates the device, so that it knows its position. Asks before anything moves, and returns what
+  /// was done. Throws InputError or RunError. Empty: the device needs no calibration.
   std::function<std::string(const std::vector<ParamValue>&, const Ask&)> calibrate{};
-  /// The parameters as the node's struct, and what gives them to a node between two steps; null where none is tunable.
+  /// Makes the node's struct of the parameters, and passes it to a node between two steps; null if none is tunable.
   std::function<std::shared_ptr<const void>(const std::vector<ParamValue>&)> typed{};
   std::function<void(Node&, const void* params)> tune{};
-  /// Why the node as it is connected cannot have them, empty where it can, from any thread; null: no reason but those
-  /// of `check`.
+  /// The reason why the node cannot take them as it is connected, empty if it can; from any thread. Null: only `check`
+  /// gives reasons.
   std::function<std::string(const Node&, const void* params)> refuses{};
-  /// What it may set by its SetRequests; a plan refuses what cannot be set, and keeps the node without readers. Empty:
-  /// it sets nothing.
+  /// The parameters that it may set by its SetRequests. A plan refuses those that cannot be set, and keeps the node
+  /// even without readers. Empty: it sets nothing.
   std::function<std::vector<Setting>(const std::vector<ParamValue>&)> sets{};
   /// Makes the node from values in the order of `params`; null where there is `resolve`. Devices are opened when the
   /// node starts, not here.

@@ -1,11 +1,11 @@
-// Reading of every message that is new at an input, whatever queue policy its edge has.
+// Reads every new message at an input, for any queue policy of its edge.
 #pragma once
 
 #include "framework/node/port.hpp"
 
 namespace tactor {
 
-/// Hands out the messages of one input, each once and in order. On a `latest` edge that is the newest, if it is new.
+/// Gives the messages of one input, each once and in order. On a `latest` edge, it gives the newest if it is new.
 template <class T>
 class NewMessages {
  public:

@@ -1,4 +1,4 @@
-// The node contract: a plain class with no thread, no lock and no clock of its own; an engine decides when it steps.
+// The node contract: a plain class without its own thread, lock or clock; an engine decides when it steps.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace tactor {
 
 /// Where a graph leads the hand, as its sources know it before the run.
 struct HandPath {
-  /// Poses of the target in the world, m, from the start of the run to its end, close enough that the way between two
+  /// Poses of the target in the world, m, from the start of the run to its end, close enough that the path between two
   /// of them is nearly straight; never empty.
   std::vector<Pose> X_WH;
 };
@@ -27,8 +27,8 @@ struct NodeContext {
   bool torque = true;              ///< false: the scene is translation-only, torques are neither computed nor sent
   std::uint64_t seed = 0;          ///< for its random streams, derived from the run's seed and its name
   Duration duration;               ///< of the run
-  const HandPath* hand = nullptr;  ///< null: nobody knows
-  /// Where the node adds what the user should know of its input and nothing stops for, each once; null: nobody asks.
+  const HandPath* hand = nullptr;  ///< null: not known
+  /// The node adds notes here that the user should read but that do not stop the run, each once; null: not wanted.
   std::vector<std::string>* notes = nullptr;
 };
 
@@ -73,15 +73,15 @@ class Node {
   virtual void start(StepContext& context) { static_cast<void>(context); }
   /// The work. Reads inputs, sends outputs; what it sends becomes visible when its cost has passed.
   virtual void step(StepContext& context) = 0;
-  /// Since when the node works as it goes on to: its window is full, say. Nothing where it does not yet. A type that
-  /// returns anything but zero says so (Declare::warms_up). Asked when the run has ended, or between two steps.
+  /// The time since when the node works normally, such as since its window is full. Empty if it does not yet. A type
+  /// that may return anything but zero declares that (Declare::warms_up). Asked between two steps or after the run.
   [[nodiscard]] virtual std::optional<Time> warm_since() const { return Time{}; }
   /// In a reference run: `tested` is the node of the same name in the run under test.
   virtual void follow(const Node& tested) { static_cast<void>(tested); }
   /// True where a reference run depends on what this node did in the run under test (see `follow`).
   [[nodiscard]] virtual bool must_be_followed() const { return false; }
-  /// Called once after the run, with the reference set on the inputs that asked for it. Reports no metric that the
-  /// node's type does not declare.
+  /// Called once after the run, with the reference set on the inputs that asked for it. May report only metrics that
+  /// the node's type declares.
   virtual void report(Report& report) const { static_cast<void>(report); }
 };
 

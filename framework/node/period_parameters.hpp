@@ -14,9 +14,11 @@ Declare<N>& declare_period(Declare<N>& node) {
   return node
       .choice("period_estimate", static_cast<PeriodMode P::*>(&P::period_estimate),
               {{"last", PeriodMode::last}, {"mean", PeriodMode::mean}}, std::optional(PeriodMode::last),
-              "the physics period expected next: the last interval of the stamps, or a mean of several")
-      .integer("period_count", static_cast<std::int32_t P::*>(&P::period_count),
-               {.doc = "intervals in the mean", .default_value = 8, .min = 1, .max = PeriodEstimate::max_count})
+              "how the next physics period is estimated: the last interval between stamps (last), or a mean of several "
+              "(mean)")
+      .integer(
+          "period_count", static_cast<std::int32_t P::*>(&P::period_count),
+          {.doc = "number of intervals in the mean", .default_value = 8, .min = 1, .max = PeriodEstimate::max_count})
       .real("period_initial", static_cast<Duration P::*>(&P::period_initial),
             {.doc = "the period assumed before the second message",
              .unit = "s",
@@ -24,7 +26,7 @@ Declare<N>& declare_period(Declare<N>& node) {
              .min = 1e-6,
              .max = 1})
       .real("period_max", static_cast<Duration P::*>(&P::period_max),
-            {.doc = "a longer interval is a pause and counts as this long",
+            {.doc = "a longer interval counts as a pause of this length",
              .unit = "s",
              .default_value = 0.1,
              .min = 1e-6,

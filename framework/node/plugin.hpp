@@ -12,15 +12,15 @@ namespace tactor {
 /// Whether such a library is installed; does not load it.
 bool has_plugin(const std::string& file_name);
 
-/// All libraries that lie where those of this program are looked for, loaded or not, in order of their paths.
+/// All libraries in the folders of this program's libraries, loaded or not, in order of their paths.
 std::vector<std::filesystem::path> plugin_files();
 
 /// Loads `file_name` from the folder of libtactor or tactor/plugins in it, and returns the address of `symbol` in it.
-/// It stays loaded until the process ends. Throws InputError, beginning with `without`, where it is not there, and as
-/// check_abi where it belongs to another build.
+/// It stays loaded until the process ends. Throws InputError, beginning with `without`, if it is missing, and like
+/// check_abi if it belongs to another build.
 void* load_plugin_symbol(const std::string& file_name, const char* symbol, const std::string& without);
 
-/// The functions `Library` that `entry` of such a library returns.
+/// The struct `Library` of functions that `entry` of such a library returns.
 template <class Library>
 const Library& load_plugin(const std::string& file_name, const char* entry, const std::string& without) {
   const auto ask = reinterpret_cast<const Library* (*)()>(load_plugin_symbol(file_name, entry, without));

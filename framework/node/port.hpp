@@ -1,4 +1,4 @@
-// The typed ends of edges: inputs that hold what arrived, outputs that collect what a step sends.
+// The typed ends of edges: inputs hold the messages that arrived, outputs collect the messages that a step sends.
 #pragma once
 
 #include <atomic>
@@ -45,7 +45,7 @@ class InputBase {
     queue_->admit();
   }
 
-  /// Hands over what arrived at this port in the reference run, for sinks that judge against it.
+  /// Hands over the messages that arrived at this port in the reference run, for sinks that compare with them.
   virtual void set_reference(std::span<const Stamp> stamps, std::span<const std::byte> payloads) = 0;
 
  protected:
@@ -69,7 +69,7 @@ class Input final : public InputBase {
     return oldest != nullptr;
   }
 
-  /// What arrived here in the reference run, in order of time; empty where there was none.
+  /// The messages that arrived here in the reference run, in order of time; empty if there was no reference run.
   [[nodiscard]] std::span<const Stamped<T>> reference() const { return reference_; }
 
   void set_reference(std::span<const Stamp> stamps, std::span<const std::byte> payloads) override {
@@ -103,7 +103,7 @@ class AnyInput final : public InputBase {
   }
 };
 
-/// The untyped side of an output: what the running step has sent so far.
+/// The untyped side of an output: the messages that the running step has sent so far.
 class OutputBase {
  public:
   explicit OutputBase(const MessageType& type) : type_(&type) {}

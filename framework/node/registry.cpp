@@ -39,7 +39,7 @@ void check(const NodeInfo& info) {
   }
   if (info.lane == Lane::realtime && (!info.realtime_safe || !info.rate_parameter)) {
     throw InputError("the node type " + info.type +
-                     " declares the lane realtime, which expects steps that are real-time safe and a rate, found " +
+                     " declares the lane realtime, which needs real-time safe steps and a rate, found " +
                      (info.realtime_safe ? "no rate" : "steps that are not") + "; declare what is missing");
   }
 }
@@ -71,7 +71,7 @@ void Registry::add_message_type(const MessageType& type, const std::string& node
   const auto [known, added] = message_types_.try_emplace(type.name, &type);
   if (added || same_type(*known->second, type)) return;
   throw InputError("the node type " + node + " has ports of the message type " + type.name +
-                   ", and another node type has ports of another type of that name; give one of them another name");
+                   ", and another node type has ports of another type with that name; rename one of them");
 }
 
 const NodeInfo* Registry::find(std::string_view type) {
@@ -161,7 +161,7 @@ void Registry::load(const std::string& prefix, const fs::path& file) {
   const auto register_nodes = reinterpret_cast<void (*)(Registry&)>(dlsym(handle, "tactor_register_nodes"));
   if (register_nodes == nullptr) {
     throw InputError(file.string() +
-                     " is no node library: it does not export tactor_register_nodes (see TACTOR_NODES)");
+                     " is not a node library: it does not export tactor_register_nodes (see TACTOR_NODES)");
   }
   libraries_[prefix] = true;
   register_nodes(*this);

@@ -19,9 +19,9 @@ class Registry {
   explicit Registry(std::vector<std::filesystem::path> folders);
 
   /// Adds a node type, and the message types of its ports; a second node type of the same name aborts. Throws
-  /// InputError where a parameter has the name of a key that every node has, where a metric is declared twice, where
-  /// the lane is `realtime` and the type is not made for it, and where another node type has ports of another message
-  /// type of the same name.
+  /// InputError if a parameter has the name of a key that every node has, if a metric is declared twice, if the lane is
+  /// `realtime` and the type is not made for it, or if another node type has ports of another message type of the same
+  /// name.
   void add(NodeInfo info);
   /// Makes a type known without a library, for tests and for programs that carry their own nodes.
   template <class N>
@@ -38,10 +38,10 @@ class Registry {
   /// with the line of the file, where there is no such class or Python refuses the file.
   const NodeInfo& find_python(const std::filesystem::path& file, const std::string& name);
 
-  /// Loads every library there is; for listings and for the nearest names in error texts. One that cannot be used is
-  /// left out, and `refused` has why.
+  /// Loads every library; for listings and for the nearest names in error texts. A library that cannot be used is left
+  /// out, and `refused` has the reason.
   void load_all();
-  /// What load_all has left out so far, in words.
+  /// The libraries that load_all has left out so far, with the reason of each.
   [[nodiscard]] const std::vector<std::string>& refused() const { return refused_; }
 
   /// The types known so far, by name.
@@ -50,7 +50,7 @@ class Registry {
   [[nodiscard]] const std::map<std::string, const MessageType*, std::less<>>& message_types() const {
     return message_types_;
   }
-  /// Why the types of `prefix` are not known: where its library was looked for, and whether this build leaves it out.
+  /// Why the types of `prefix` are not known: where its library was searched, and whether this build leaves it out.
   [[nodiscard]] std::string why_missing(std::string_view prefix) const;
   /// The prefixes whose libraries are loaded.
   [[nodiscard]] std::vector<std::string> loaded_libraries() const;
@@ -68,7 +68,7 @@ class Registry {
   std::vector<std::string> refused_;
 };
 
-/// The folders of node libraries: those of this installation, then of what others have added to it or to /usr/local
+/// The folders of node libraries: those of this installation, then those that others added to it or to /usr/local
 /// (share/tactor/nodes), then the user's (~/.local/share/tactor/nodes).
 std::vector<std::filesystem::path> default_node_folders();
 

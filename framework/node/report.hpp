@@ -1,4 +1,4 @@
-// What nodes have to say after a run: metrics, curves and remarks.
+// What nodes report after a run: metrics, curves and remarks.
 #pragma once
 
 #include <map>
@@ -24,9 +24,9 @@ struct Series {
 /// Collects what the nodes of a run report: metrics under dotted names, curves, and remarks in words.
 class Report {
  public:
-  /// What follows is said by this node, which reports no other metrics than these. A metric or curve that another node
-  /// has set already gets the node's name in front. An empty name is the program itself: a metric that it sets is its
-  /// own until a node sets it.
+  /// The following calls come from this node, which reports no other metrics than these. A metric or curve that another
+  /// node has already set gets this node's name in front. An empty name is the program itself: a metric that it sets is
+  /// its own until a node sets it.
   void begin(std::string node, const std::vector<MetricInfo>& metrics);
   /// Sets a metric. Throws RunError where the node does not declare it, or declares it as a sum.
   void set(std::string_view name, double value);
@@ -34,11 +34,11 @@ class Report {
   void add(std::string_view name, double value);
   void add_series(Series series);
 
-  /// What is valid from then on is judged, because every node is warm by then (Node::warm_since); zero: all of the run.
+  /// The metrics cover the run from this time on, when every node is warm (Node::warm_since); zero: the whole run.
   void judge_from(Time from) { judged_from_ = from; }
   [[nodiscard]] Time judged_from() const { return judged_from_; }
 
-  /// Says something in words (`iris_orca at ...: 3 timeouts, the last ...`); a remark names what it is about.
+  /// Adds a remark in words, which names its subject: `iris_orca at ...: 3 timeouts, the last ...`.
   void remark(std::string text) { remarks_.push_back(std::move(text)); }
 
   [[nodiscard]] const std::vector<std::string>& remarks() const { return remarks_; }

@@ -1,4 +1,4 @@
-// What a node asks of the run it is in: to set a parameter of another node, or to end the run.
+// Requests of a node to its run: to set a parameter of another node, or to end the run.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@ namespace tactor {
 
 enum class RequestKind : std::int32_t { set, end_run };
 
-/// The session does what is asked, as its owner would by `Session::set` and `Session::stop`. Under the virtual clock it
-/// does so at the next whole millisecond, live within its own period (20 ms). In a replay it does not: the recording
-/// tells what was set. A type that sends it declares what it may set (Declare::sets).
+/// The session carries out the request, as its owner would by `Session::set` and `Session::stop`. Under the virtual
+/// clock it does so at the next whole millisecond, live within its own period (20 ms). A replay ignores requests: the
+/// recording tells what was set. A type that sends them declares what it may set (Declare::sets).
 ///
-/// Requests are done one after the other: the next one waits until the setting before it holds, which means that no
-/// step with older parameters of that node goes on. So a node knows that its settings hold by a last request, which
-/// sets a parameter of its own. What cannot be set ends the run; its failure begins with `about`.
+/// Requests are carried out one after the other. The next one waits until the setting before it is in force: no step
+/// with older parameters of that node is running any more. So a node can send a last request that sets a parameter of
+/// its own, to learn that its settings are in force. A refused request ends the run; its failure begins with `about`.
 struct SetRequest {
   static constexpr std::size_t most_text = 256;
   static constexpr std::size_t most_about = 64;

@@ -25,26 +25,26 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
       .template input<ForceSegment>(
           "segment", &N::segment,
           {.doc = "the force to command, evaluated each tick", .required = false, .in_reference = false})
-      .template output<DeviceState>("state", &N::state, "the handle as the device shows it")
+      .template output<DeviceState>("state", &N::state, "the state of the handle as the device shows it")
       .template output<Wrench>("interpolated", &N::interpolated, "the segment at this tick, before the safety gate")
       .template output<Wrench>("commanded", &N::commanded, "the wrench on the handle, after the safety gate")
       .template output<SafetyState>("safety", &N::safety, "what the safety gate did at this tick")
-      .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks a second", .in_reference = 10000});
+      .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks per second", .in_reference = 10000});
   real("force_max", &SafetyLimits::force_max,
        {.doc = "largest force, by norm", .unit = "N", .default_value = defaults.force_max, .max = 1000});
   real("torque_max", &SafetyLimits::torque_max,
        {.doc = "largest torque, by norm", .unit = "N m", .default_value = defaults.torque_max, .max = 100});
   declaration.tunable({"force_max", "torque_max"});
   real("force_slew", &SafetyLimits::force_slew,
-       {.doc = "fastest change of the force; 2000 N/s is more than twice what a held physics force takes in the graphs "
+       {.doc = "fastest change of the force. 2000 N/s is more than twice what a held physics force needs in the graphs "
                "of this project (0.84 N in a millisecond)",
         .unit = "N/s",
         .default_value = defaults.force_slew,
         .max = 1e9,
         .above_min = true});
   real("torque_slew", &SafetyLimits::torque_slew,
-       {.doc = "fastest change of the torque; 40 N m/s is more than three times what a held physics torque takes there "
-               "(0.012 N m in a millisecond)",
+       {.doc = "fastest change of the torque. 40 N m/s is more than three times what a held physics torque needs in "
+               "the graphs of this project (0.012 N m in a millisecond)",
         .unit = "N m/s",
         .default_value = defaults.torque_slew,
         .max = 1e9,
@@ -61,27 +61,29 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
         .default_value = defaults.angular_speed_max,
         .max = 1000,
         .above_min = true});
-  time("engage_time", static_cast<Duration P::*>(&P::engage_time), "of the ramp from zero to the full wrench",
+  time("engage_time", static_cast<Duration P::*>(&P::engage_time), "duration of the ramp from zero to the full wrench",
        defaults.engage_time, 1e-3, 10);
   time("stale_after", static_cast<Duration P::*>(&P::stale_after),
-       "without a fresh segment for so long the wrench ramps to zero, and sooner where a segment states a trust_time "
-       "that ends before; more than physics takes for a result",
+       "the wrench ramps to zero after this time without a fresh segment, or sooner if a segment states a shorter "
+       "trust_time. Choose more than physics takes for a result",
        defaults.stale_after, 1e-3, 10);
   time("ramp_down_time", static_cast<Duration P::*>(&P::ramp_down_time),
-       "of the ramp to zero; with stale_after it bounds how long a force outlives its pipeline",
+       "duration of the ramp to zero. With stale_after it bounds how long a force outlives its pipeline",
        defaults.ramp_down_time, 1e-3, 10);
   time("brake_time", static_cast<Duration P::*>(&P::brake_time), "the longest brake of a handle that is too fast",
        defaults.brake_time, 0, 1);
   time("recovery_time", static_cast<Duration P::*>(&P::recovery_time),
-       "after a fault the inputs must have been healthy for so long", defaults.recovery_time, 0, 60);
+       "time for which the inputs must have been healthy after a fault before force returns", defaults.recovery_time, 0,
+       60);
   time("failure_timeout", static_cast<Duration P::*>(&P::failure_timeout),
-       "a device that cannot be read or written for so long ends the run", defaults.failure_timeout, 0, 60);
+       "the run ends after the device could not be read or written for this time", defaults.failure_timeout, 0, 60);
   time("sample_age_max", static_cast<Duration P::*>(&P::sample_age_max),
-       "a force made from an older sample of the device is not fresh; several times the longest step of the physics",
+       "a force made from an older sample of the device does not count as fresh. Choose several times the longest step "
+       "of the physics",
        defaults.sample_age_max, 1e-3, 60);
   declaration.template integer<std::int32_t>(
       "dead_man_button", static_cast<std::int32_t P::*>(&P::dead_man_button),
-      {.doc = "the button that must be held for a force, 1 for the first; 0: none",
+      {.doc = "the button that must be held to get a force; 1: the first button, 0: none",
        .default_value = defaults.dead_man_button,
        .min = 0,
        .max = 31});
@@ -89,7 +91,7 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
     declaration.metric("device." + name, "1", doc, better);
   };
   count("rejected_forces", "ticks whose wrench was not finite", Better::lower);
-  count("rejected_segments", "messages that were no fresh segments", Better::lower);
+  count("rejected_segments", "messages that were not fresh segments", Better::lower);
   count("faults", "times that the safety gate went into fault", Better::lower);
   count("stale", "times that no fresh segment came in time", Better::lower);
   count("clamped_ticks", "ticks whose wrench was beyond force_max or torque_max", Better::lower);

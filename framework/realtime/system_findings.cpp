@@ -25,7 +25,7 @@ Finding judge_memory_lock(const SystemFacts& facts) {
           "memory lock",
           Grade::degraded,
           "refused: " + facts.memory_lock_refused->why,
-          "When memory runs short the kernel takes pages back, and the loop waits for the disk.",
+          "When memory runs short, the kernel takes pages back, and the loop waits for the disk.",
           facts.memory_lock_refused->remedy};
 }
 
@@ -38,7 +38,7 @@ Finding judge_nice(const SystemFacts& facts) {
           "nice",
           Grade::degraded,
           found,
-          "Without SCHED_FIFO the loop goes no more before other programs than they before it.",
+          "Without SCHED_FIFO the loop has no priority over other programs.",
           privilege_remedy(Capability::sys_nice, "nice", "-20")};
 }
 
@@ -47,7 +47,7 @@ Finding judge_cores(const SystemFacts& facts) {
   finding.found += facts.isolated_cores.empty() ? ", none isolated" : ", isolated: " + facts.isolated_cores;
   if (facts.cores < 2) {
     finding.grade = Grade::degraded;
-    finding.cost = "The loop interrupts the physics on the only core, and waits for what the kernel does there.";
+    finding.cost = "The loop interrupts the physics on the only core, and waits for the kernel's work there.";
     finding.remedy = "give the machine, the container (--cpus) or the process (taskset) two cores";
   }
   return finding;
@@ -74,15 +74,14 @@ Finding judge_preemption(const SystemFacts& facts) {
       finding.found = "none";
       break;
     case Preemption::unknown:
-      finding.found = "switchable, and the mode is not shown to this user";
+      finding.found = "switchable, but this user may not see the mode";
       finding.grade = Grade::degraded;
-      finding.cost = "Unknown: if it is none, a long system call of another program holds the loop up.";
+      finding.cost = "Unknown. With mode none, a long system call of another program delays the loop.";
       finding.remedy = "boot with preempt=full";
       return finding;
   }
   finding.grade = Grade::degraded;
-  finding.cost =
-      "A long system call of another program holds the loop up until it returns: rare delays of milliseconds.";
+  finding.cost = "A long system call of another program delays the loop until it returns: rare delays of milliseconds.";
   const bool switchable = facts.kernel.find("PREEMPT_DYNAMIC") != std::string::npos;
   finding.remedy = switchable ? into_full : "sudo apt install linux-image-rt-amd64 # then start that kernel";
   return finding;
@@ -95,7 +94,7 @@ Finding judge_governor(const SystemFacts& facts) {
   for (const std::string& governor : facts.governors) finding.found += (finding.found.empty() ? "" : ", ") + governor;
   if (facts.governors == std::vector<std::string>{"performance"}) return finding;
   finding.grade = Grade::degraded;
-  finding.cost = "A core that mostly waits is clocked down, and each tick computes at the low frequency.";
+  finding.cost = "A core that mostly waits is clocked down, and each tick runs at the low frequency.";
   finding.remedy = "sudo cpupower frequency-set -g performance";
   return finding;
 }
@@ -106,7 +105,7 @@ Finding judge_throttling(const SystemFacts& facts) {
           "heat",
           Grade::degraded,
           "throttled " + std::to_string(facts.thermal_throttlings) + " times since the start",
-          "A hot core is slowed down, and the physics on it with the loop.",
+          "A hot core is slowed down, and with it the physics and the loop.",
           "sudo cpupower frequency-set -u 2GHz # or cool the machine"};
 }
 
@@ -120,7 +119,7 @@ Finding judge_idle_states(const SystemFacts& facts) {
           "idle states",
           Grade::degraded,
           "the deepest takes " + latency + " to leave",
-          "The loop wakes up to that much later on a core that had nothing else to do.",
+          "On an idle core, the loop wakes up to that much later.",
           "sudo cpupower idle-set -D " + std::to_string(tolerable_us)};
 }
 
@@ -170,7 +169,7 @@ Finding judge_clock_source(const SystemFacts& facts) {
   if (facts.clock_source.empty() || std::find(fast.begin(), fast.end(), facts.clock_source) != fast.end())
     return finding;
   finding.grade = Grade::degraded;
-  finding.cost = "Each look at the clock is a system call of about a microsecond; a tick looks twice.";
+  finding.cost = "Each reading of the clock is a system call of about a microsecond; a tick reads it twice.";
   finding.remedy = "boot with tsc=reliable, if the processor's counter is constant (grep constant_tsc /proc/cpuinfo)";
   return finding;
 }
@@ -179,12 +178,13 @@ Finding judge_machine(const SystemFacts& facts) {
   const std::string product = facts.product.empty() ? "" : " (" + facts.product + ")";
   if (!facts.virtual_machine) return {"machine", "machine", Grade::ok, "bare metal" + product, "", ""};
   const std::string stolen = std::to_string(std::lround(1e6 * facts.steal_share));
-  return {"machine",
-          "machine",
-          Grade::degraded,
-          "virtual" + product + "; its host kept " + stolen + " millionths of the time for itself",
-          "The host may take a core away at any moment: rare delays of milliseconds that nothing in here prevents.",
-          "run on bare metal; or on the host, pin each virtual core to a real one of its own"};
+  return {
+      "machine",
+      "machine",
+      Grade::degraded,
+      "virtual" + product + "; its host kept " + stolen + " millionths of the time for itself",
+      "The host may take a core away at any moment: rare delays of milliseconds that nothing in the guest can prevent.",
+      "run on bare metal; or pin each virtual core to its own real core on the host"};
 }
 
 }  // namespace

@@ -125,7 +125,7 @@ Hdf5Reader::Hdf5Reader(fs::path path) : path_(std::move(path)) {
   if (!input.file) throw InputError(path_.string() + ": " + input.error);
   if (H5Fis_hdf5(path_.c_str()) <= 0) {
     throw InputError(path_.string() +
-                     " is no HDF5 file (or its beginning is damaged); a recording of tactor is expected");
+                     " is not an HDF5 file (or its beginning is damaged); a recording of tactor is expected");
   }
   file_ = Handle(H5Fopen(path_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
   if (!file_) {
@@ -144,7 +144,7 @@ void Hdf5Reader::refuse(const std::string& why) const {
 
 void Hdf5Reader::read_header() {
   const std::optional<std::uint64_t> version = layout::read_unsigned(file_.get(), layout::version_attribute);
-  if (!version) throw InputError(path_.string() + " is an HDF5 file and no recording of tactor");
+  if (!version) throw InputError(path_.string() + " is an HDF5 file, but not a recording of tactor");
   if (*version != layout::format_version) {
     throw InputError(path_.string() + " is a recording of format " + std::to_string(*version) +
                      ", this program reads " + std::to_string(layout::format_version));
@@ -177,7 +177,7 @@ Hdf5Reader::Rows Hdf5Reader::open_rows(hid_t group, const std::string& path, con
   if (!rows.data) refuse("stream " + stream + ": " + hdf5_error());
   const Handle found(H5Dget_type(rows.data.get()), H5Tclose);
   if (!found || H5Tequal(found.get(), file_type.get()) <= 0) {
-    refuse("stream " + stream + ": its " + path + " has other fields than its description says");
+    refuse("stream " + stream + ": its " + path + " has fields that differ from its description");
   }
   rows.row_bytes = H5Tget_size(rows.memory_type.get());
   const Handle space(H5Dget_space(rows.data.get()), H5Sclose);
@@ -299,7 +299,7 @@ void Hdf5Reader::read(std::size_t index, std::uint64_t first, std::uint64_t coun
                          });
     if (!stream.has_enumerations) continue;
     if (const Field* field = field_without_name(info.type.fields, value)) {
-      refuse("stream " + info.name + ": " + field->name + " has a value that is none of its enumeration");
+      refuse("stream " + info.name + ": " + field->name + " has a value that its enumeration does not have");
     }
   }
 }

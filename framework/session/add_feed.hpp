@@ -11,12 +11,12 @@ namespace tactor {
 
 class Registry;
 
-/// A node source.feed of messages of that type. Throws InputError where no library has it.
+/// A node source.feed for messages of that type. Throws InputError if no library has the type.
 NodeSpec feed_node(const std::string& name, const MessageType& type, Registry& registry);
 
-/// Puts a node source.feed before `input` (`device.target`), in the place of what fed it. Its edge has that queue, the
-/// input's own where there is none. Session::feed(input) sends into it. Throws InputError where the graph has no such
-/// input.
+/// Puts a node source.feed before `input` (`device.target`), replacing the edge that fed it. The new edge takes over
+/// its queue, or the input's own if there was none. Session::feed(input) sends into it. Throws InputError if the graph
+/// has no such input.
 void add_feed(GraphSpec& graph, std::string_view input, Registry& registry, std::optional<Queue> queue = {});
 
 }  // namespace tactor

@@ -1,4 +1,4 @@
-// A reference beside a run: what the run ought to display, and how far it is from that, while it goes on.
+// A reference beside a live run: what the run should display, and how far it is from that, during the run.
 #pragma once
 
 #include <atomic>
@@ -20,20 +20,20 @@ namespace tactor {
 /// How far the follower has come.
 struct FollowerFigures {
   ErrorFigures error;
-  Duration behind;                     ///< the run, or what of it is known
+  Duration behind;                     ///< how far it is behind the run, as far as the run is known
   Duration skipped;                    ///< of the run, because the machine was too slow; with the time for settling
   std::uint64_t skips = 0;             ///< how often
   std::uint64_t dropped = 0;           ///< messages of the run that were lost on their way
-  std::optional<std::string> failure;  ///< why it follows no more
+  std::optional<std::string> failure;  ///< why it has stopped following
 };
 
-/// A second session, under the virtual clock, that is fed with what the devices of the first show. Its physics makes a
-/// step for each sample of the device and costs no time of the run, so that its force is the reference. It taps the
-/// first session and does nothing else to it.
+/// A second session, under the virtual clock, that is fed with the device samples of the first. Its physics makes one
+/// step for each sample and costs no time of the run, so its force is the reference. It only taps the first session and
+/// does not change it otherwise.
 ///
-/// Where it falls behind by more than `most_behind`, or messages were lost on their way, it skips: it forgets what it
-/// has not followed, begins anew at the newest sample with the tool at the handle, and counts nothing for 0.3 s, in
-/// which the reference settles. What it skips it counts.
+/// If it falls behind by more than `most_behind`, or if messages were lost on their way, it skips. It drops the samples
+/// that it has not followed, restarts at the newest sample with the tool at the handle, and compares nothing for 0.3 s,
+/// in which the reference settles. It reports the skipped time.
 class Follower {
  public:
   static constexpr Duration settling{300'000'000};
@@ -41,7 +41,7 @@ class Follower {
 
   struct Options {
     std::optional<Duration> most_behind = usual_most_behind;  ///< none: it never skips
-    /// The plan whose sink compares, where that of the session has none; else the same nodes. Null: the session's.
+    /// The plan whose sink compares, if the session's plan has none; otherwise the same nodes. Null: the session's.
     const Plan* judged_by = nullptr;
   };
   /// Before or after the start of `tested`, which outlives the follower, on its thread. Throws InputError as
@@ -53,14 +53,14 @@ class Follower {
   Follower(const Follower&) = delete;
   Follower& operator=(const Follower&) = delete;
 
-  /// Follows on a thread of its own, which gives way to all others. Throws RunError where there can be
-  /// none.
+  /// Follows on a thread of its own, which yields to all other threads. Throws RunError if no thread can be
+  /// started.
   void start();
-  /// Follows what has come so far, and returns; instead of `start`. Throws RunError where a step of the reference does.
+  /// Follows the messages that have come so far, and returns; instead of `start`. Throws RunError if a step throws.
   void follow();
-  /// Ends the thread after it has followed what has come, for at most `patience`.
+  /// Ends the thread after it has followed the messages that have come, within at most `patience`.
   void finish(Duration patience);
-  /// Any thread: the error counts from now on alone, as after a change of the method.
+  /// Any thread: the error counts only from now on, such as after a change of the method.
   void count_anew() { count_anew_ = true; }
   /// Any thread.
   [[nodiscard]] FollowerFigures figures() const;

@@ -48,7 +48,8 @@ FollowerPlan plan_follower(const Plan& tested, Registry& registry) {
     follower.judged = *judged;
   }
   if (follower.reference.empty()) {
-    throw InputError("nothing can follow this run: no node of it, as sink.metrics, compares a force with a reference");
+    throw InputError(
+        "no reference can follow this run: none of its nodes compares a force with a reference, as sink.metrics does");
   }
   GraphSpec graph = reference_graph(tested);
   graph.duration = graph.duration + longer;
@@ -80,8 +81,8 @@ FollowerPlan plan_follower(const Plan& tested, Registry& registry) {
     const bool ours =
         std::any_of(added.begin(), added.end(), [&](const NodeSpec& feed) { return feed.name == node.name; });
     if (ours || (!node.info->fed && !node.info->rate_parameter)) continue;
-    throw InputError("nothing can follow this run: its physics depends on node " + node.name + " (" + node.info->type +
-                     "), which no device shows");
+    throw InputError("no reference can follow this run: its physics depends on node " + node.name + " (" +
+                     node.info->type + "), which no device shows");
   }
   return follower;
 }

@@ -1,4 +1,4 @@
-// The plan of a reference that follows a run while it goes on.
+// The plan of a reference that follows a live run.
 #pragma once
 
 #include <string>
@@ -10,7 +10,7 @@ namespace tactor {
 
 class Registry;
 
-/// What follows a run, and what of the run it needs.
+/// The plan that follows a run, and the outputs of the run that it needs.
 struct FollowerPlan {
   /// An output of a device of the run, and the node of the plan that is fed with it.
   struct Fed {
@@ -23,10 +23,10 @@ struct FollowerPlan {
   std::string judged;     ///< the output of the run that is compared with it
 };
 
-/// The reference run of `tested` with its devices replaced by feeds of what they showed: where a device tells the
-/// `truth` of a state, that. So it has the physics of every sample of the device, and drives no hardware. Of several
-/// sinks that compare a force with a reference it is that of the first. Throws InputError where there is none, and
-/// where physics has another source than the devices.
+/// The reference run of `tested`, with its devices replaced by feeds of the states that they showed (of the `truth`, if
+/// a device has it). So it computes physics for every sample of the device, and drives no hardware. If several sinks
+/// compare a force with a reference, the first one counts. Throws InputError if there is none, or if physics has
+/// sources other than the devices.
 FollowerPlan plan_follower(const Plan& tested, Registry& registry);
 
 }  // namespace tactor

@@ -40,7 +40,7 @@ void for_each(RecordingReader& reader, const char* name, const MessageType& type
   const RecordedStream& info = reader.streams()[stream];
   if (!same_type(info.type, type)) {
     throw InputError(reader.path().string() + " cannot be replayed: its stream " + name +
-                     " is of other nodes than its graph has, or of another version of tactor");
+                     " comes from other nodes than those of its graph, or from another version of tactor");
   }
   constexpr std::uint64_t block = 4096;
   MessageBatch messages(info.type);
@@ -57,7 +57,7 @@ class Check {
   Check(const RecordingReader& reader, const Plan& plan) : reader_(reader), plan_(plan), next_(plan.nodes.size(), 0) {}
   std::size_t node(std::int32_t index) const {
     if (index < 0 || static_cast<std::size_t>(index) >= plan_.nodes.size())
-      refuse("it tells of a node that is not there");
+      refuse("it names a node that does not exist");
     return static_cast<std::size_t>(index);
   }
   /// A tick is of a node in the real-time lane, and tells of each edge into it.
@@ -65,7 +65,7 @@ class Check {
     if (plan_.nodes[node].scheduling.lane != Lane::realtime) refuse("a tick is of a node in another lane");
     const auto into = [node](const PlannedEdge& edge) { return edge.to == node; };
     if (std::count_if(plan_.edges.begin(), plan_.edges.end(), into) > static_cast<int>(TickEvent::most_inputs)) {
-      refuse("node " + plan_.nodes[node].name + " has more inputs than a tick tells of");
+      refuse("node " + plan_.nodes[node].name + " has more inputs than a tick can record");
     }
   }
   /// Of the steps of a node none is missing.
@@ -135,7 +135,7 @@ RunLog read_run_log(RecordingReader& reader, const Plan& plan) {
   Check check(reader, plan);
   Parameters parameters(plan);
   const auto reach = [&](Time t) {
-    if (t < Time{}) check.refuse("it tells of a time before its start");
+    if (t < Time{}) check.refuse("it has a time before its start");
     log.end = std::max(log.end, t);
   };
   for_each<StepEvent>(reader, steps_stream, event_type<StepEvent>(plan),

@@ -1,4 +1,4 @@
-// What a live session tells of itself, into its recording and out of it.
+// The log of a live session: writing it into the recording and reading it back.
 #pragma once
 
 #include "framework/engine/replay_clock.hpp"
@@ -15,7 +15,7 @@ using Write = std::function<void(std::size_t stream, const Stamp& stamp, const v
 /// session goes on; before its start.
 void record_run(Session& session, Recorder& recorder, const Write& write);
 
-/// The log of a recorded live run of that plan. Throws InputError where the recording has none, or has lost a part.
+/// The log of a recorded live run of that plan. Throws InputError if the recording has none, or has lost a part.
 RunLog read_run_log(RecordingReader& reader, const Plan& plan);
 
 }  // namespace tactor

@@ -1,4 +1,4 @@
-// How far a displayed force is from the true one, and by how much it is late, while both go on.
+// The error and the delay of a displayed force against the true one, during a run.
 #pragma once
 
 #include <cstddef>
@@ -15,24 +15,24 @@ namespace tactor {
 struct ErrorFigures {
   std::uint64_t compared = 0;     ///< samples
   Time until;                     ///< of the newest of them
-  Duration covered;               ///< of the run, between compared samples
+  Duration covered;               ///< part of the run between compared samples
   double rms_N = 0;               ///< of |displayed - true|, over all
   double max_N = 0;               ///< the largest
   double rms_lately_N = 0;        ///< over the last second
   std::optional<Duration> delay;  ///< over the last two seconds; none where they do not tell it
 };
 
-/// Compares the force of each displayed sample with the true one at the same time, between two true samples in a
-/// straight line. Both come in order of time.
+/// Compares the force of each displayed sample with the true one at the same time, linearly interpolated between true
+/// samples. Both come in order of time.
 class RunningError {
  public:
   void add_true(Time t, const Wrench& force);
   void add_displayed(Time t, const Wrench& force);
-  /// Forgets the true force, which is another from now on, and counts nothing before `from`.
+  /// Forgets the true force, because another one follows, and compares nothing before `from`.
   void begin_again(Time from);
-  /// Counts anew, and nothing before `from`.
+  /// Restarts the statistics, and compares nothing before `from`.
   void count_anew(Time from);
-  /// Compares what can be.
+  /// Compares all samples that can be compared.
   void compare();
   /// Takes about a millisecond, for the delay.
   [[nodiscard]] ErrorFigures figures() const;

@@ -75,7 +75,7 @@ TunableParameter find_tunable(const Plan& plan, std::string_view name) {
       if (params[p].tunable) tunable.push_back(full);
       if (full != asked) continue;
       if (params[p].tunable) return {n, p};
-      throw InputError(asked + " cannot be set while the run goes on: " + plan.nodes[n].info->type +
+      throw InputError(asked + " cannot be set during the run: " + plan.nodes[n].info->type +
                        " reads it when it is made; begin a run anew with another value");
     }
   }
@@ -241,7 +241,8 @@ class Session::Run {
       if (clock->now() < next) continue;
       for (Subscription& request : requests) {
         request.drain();
-        if (request.tap.dropped() > 0) throw RunError("a node asks for more in a millisecond than a run can do");
+        if (request.tap.dropped() > 0)
+          throw RunError("a node sends more set requests in a millisecond than a run can handle");
       }
     }
   }

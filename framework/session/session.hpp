@@ -1,4 +1,4 @@
-// A session: one interface to a run, for both clocks. What every front stands on.
+// A session: one interface to a run, for both clocks. The command, the view and Python all use it.
 #pragma once
 
 #include <cstdint>
@@ -30,13 +30,13 @@ struct SessionOptions {
   const RunLog* replay = nullptr;
   /// Under the virtual clock: seconds of the run for a second of wall time; 0: as fast as it goes.
   double pace = 0;
-  /// Its nodes may write files of their own, such as the table of an experiment. Without it they get the parameters of
-  /// a replay (Declare::in_replay), so that a run which only measures or draws a graph leaves no trace. Outside
-  /// a replay a note (PlanNodes::notes) says which value of the graph is left out so.
+  /// Its nodes may write files of their own, such as the table of an experiment. If false, they get the parameters of
+  /// a replay (Declare::in_replay), so a run that only measures or draws a graph leaves no trace. Outside of a replay,
+  /// a note (PlanNodes::notes) names each value of the graph that is ignored.
   bool keeps_tables = false;
 };
 
-/// Where a plan has an output: the index of its node, and that among the node's outputs.
+/// The place of an output in a plan: the index of its node, and its index among the node's outputs.
 struct PlannedOutput {
   std::size_t node = 0;
   std::size_t output = 0;
@@ -44,24 +44,24 @@ struct PlannedOutput {
 /// The output of that name (`coupling.force`). Throws InputError where the plan has none, with the reason where its
 /// node was left out.
 PlannedOutput find_output(const Plan& plan, std::string_view name);
-/// What its messages hold.
+/// The type of its messages.
 inline const MessageType& type_of(const Plan& plan, const PlannedOutput& at) {
   return *plan.nodes[at.node].info->outputs[at.output].type;
 }
 
-/// A run of a plan that goes on while its owner looks at it.
+/// A run of a plan that its owner can watch and control.
 ///
-/// Under the virtual clock nothing happens but in `advance`, which makes the steps of that much time: the same steps
-/// however it is cut into advances. With `clock: real` the run goes by itself from `start` on, and `advance` waits.
+/// Under the virtual clock, the run proceeds only in `advance`, which makes the steps of that much time. The steps are
+/// the same for any division into advances. With `clock: real` the run proceeds by itself, and `advance` waits.
 ///
 /// Used by one thread. A tap may be read on another.
 class Session {
   class Run;
 
  public:
-  /// Makes the nodes. Throws YamlError with the node's place where a node refuses its input, and as LiveLibrary::make.
+  /// Makes the nodes. Throws YamlError with the node's place if a node refuses its input, and like LiveLibrary::make.
   explicit Session(Plan plan, const SessionOptions& options = {});
-  /// Ends a run that goes on. A run whose step never came back is left behind, with its thread.
+  /// Ends a running run. If a step never came back, the run and its thread are left behind.
   ~Session();
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
@@ -88,41 +88,41 @@ class Session {
     Tap tap_;
   };
 
-  /// The messages of an output (`coupling.force`) of any node of the plan, from now on: before the start or while the
-  /// run goes on. Throws InputError where the plan has no such output, with the reason where its node was left out.
+  /// The messages of an output (`coupling.force`) of any node of the plan, from now on; before the start or during the
+  /// run. Throws InputError if the plan has no such output, with the reason if its node was left out.
   [[nodiscard]] std::unique_ptr<OutputTap> tap(std::string_view output, Queue queue = {QueuePolicy::drop_oldest, 1024});
 
-  /// The StopEvent, from which on devices ramp down and sinks get nothing more; live, and in a replay.
+  /// The StopEvent, after which devices ramp down and sinks get no more messages; live, and in a replay.
   [[nodiscard]] std::unique_ptr<OutputTap> tap_stop();
 
   /// Takes a message of an output or of the engine, on the session's thread.
   using Take = std::function<void(const Stamp& stamp, const void* value)>;
-  /// Names what on_message has begun.
+  /// Identifies a subscription that on_message has begun.
   enum class Subscribed : std::uint64_t {};
   /// Calls `take` for each message of an output until `end_messages` or the session ends, during `advance` and
-  /// `finish`. Under the virtual clock none is lost; live, up to `bytes` wait for `take`, and what finds that full is
-  /// lost and counted. What `take` throws ends a live run as its failure, and passes through `advance` under the
-  /// virtual clock.
+  /// `finish`. Under the virtual clock no message is lost. Live, up to `bytes` wait for `take`; messages beyond that
+  /// are lost and counted. An exception of `take` ends a live run as its failure; under the virtual clock it passes
+  /// through `advance`.
   Subscribed on_message(std::string_view output, Take take, std::size_t bytes = std::size_t{2} << 20U);
-  /// Calls that `take` no more, and lets go of it and of what waits. Not within a `take`.
+  /// Stops calling that `take`, and releases it and the waiting messages. Not to be called within a `take`.
   void end_messages(Subscribed subscribed);
   /// The same for each step, as a StepEvent.
   void on_step(Take take, std::size_t bytes = std::size_t{2} << 20U);
-  /// The same for each tick of a node in the real-time lane, as a TickEvent; live alone.
+  /// The same for each tick of a node in the real-time lane, as a TickEvent; live only.
   void on_tick(Take take, std::size_t bytes = std::size_t{2} << 20U);
   /// The same for the StopEvent; live, and in a replay.
   void on_stop(Take take);
   /// Calls `take` with a SetEvent for each `set`, at once.
   void on_set(Take take);
-  /// Messages and steps that were lost so.
+  /// The number of messages and steps that were lost in this way.
   [[nodiscard]] std::uint64_t dropped() const;
 
   /// Sends messages into the run by a node source.feed, which it names.
   class Feed {
    public:
     [[nodiscard]] const MessageType& type() const { return *type_; }
-    /// A message of `type`, valid at `valid` or, where that is none, now. It becomes visible now. False where an edge
-    /// of policy `block` has no room, as a node would not step then: nothing is sent. Live from any thread.
+    /// Sends a message of `type`, valid at `valid`, or now if that is empty. It becomes visible now. Returns false and
+    /// sends nothing if an edge of policy `block` has no room; a node would not step then either. Live: any thread.
     [[nodiscard]] bool send(const void* value, std::optional<Time> valid = {});
     template <Message T>
     requires(!std::is_pointer_v<T>) [[nodiscard]] bool send(const T& value, std::optional<Time> valid = {}) {
@@ -137,41 +137,41 @@ class Session {
     std::size_t node_;
     const MessageType* type_;
   };
-  /// The feed of the node `name`, or of the input `node.port` that one feeds. Throws InputError where there is none.
+  /// The feed of the node `name`, or of the input `node.port` that a feed fills. Throws InputError if there is none.
   [[nodiscard]] Feed feed(std::string_view name);
 
   /// Sets a tunable parameter while the session runs, from text as in a graph file: set("coupling.k_0", "1200 N/m").
-  /// It holds from the node's next step on. Throws InputError where the value is refused or the parameter is not
+  /// It takes effect from the node's next step on. Throws InputError if the value is refused or the parameter is not
   /// tunable; then nothing changes.
   void set(std::string_view parameter, std::string_view value);
 
-  /// Live: a question whose yes ends the run (see LiveEngine::stop_when). Before the start.
+  /// Live: the run ends when `asked` returns true (see LiveEngine::stop_when). Call it before the start.
   void stop_when(std::function<bool()> asked);
 
-  /// Begins the run, at time zero. Throws where nothing has moved, because a device or a privilege was refused. Once.
+  /// Begins the run, at time zero. Throws, before anything moves, if a device or a privilege is refused. Once.
   void start();
-  /// Lets `duration` of the run pass, up to its end. Throws RunError where a step of the virtual clock throws.
+  /// Lets `duration` of the run pass, but not beyond its end. Throws RunError if a step of the virtual clock throws.
   void advance(Duration duration);
-  /// False where the run has come to its end, was stopped or has failed.
+  /// False if the run has come to its end, was stopped or has failed.
   [[nodiscard]] bool is_running();
   /// The time up to which it has run.
   [[nodiscard]] Time now();
   /// Live: the state now.
   [[nodiscard]] LiveStatus status();
-  /// Ends the run where it is; live the devices ramp down in `finish`. Any thread, where it is live.
+  /// Ends the run at once; live, the devices ramp down in `finish`. Live: from any thread.
   void stop();
-  /// Ends the run where it goes on, and everything that belongs to it; its nodes and metrics stay. Once.
+  /// Ends the run if it is still running, and everything that belongs to it. Its nodes and metrics stay. Once.
   void finish();
 
   // After `finish`, and for the virtual clock before.
 
   /// Live: why it ended before its time, with the node's name.
   [[nodiscard]] std::optional<std::string> failure() const;
-  /// Live: true where a step never came back. Its thread still uses the nodes, so that they can't be asked.
+  /// Live: true if a step never came back. Its thread still uses the nodes, so they cannot be asked.
   [[nodiscard]] bool is_abandoned() const;
   [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const;
-  /// What each step of a node took, in order, where the options keep it; empty for a node in the real-time lane. Under
-  /// the virtual clock the CPU time of its thread; live the time until its results were visible, waiting included.
+  /// The time of each step of a node, in order, if the options keep it; empty for a node in the real-time lane. Under
+  /// the virtual clock the CPU time of its thread; live the time until its results were visible, including waiting.
   [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const;
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;
   /// Live: the state at the end.

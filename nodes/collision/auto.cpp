@@ -38,10 +38,9 @@ NodeInfo AutoCollision::declare() {
   info.type = "collision.auto";
   info.summary = "The collision that suits the scene: none, primitive or sdf.";
   info.details =
-      "collision.none where nothing can touch, collision.primitive where no mesh moves, collision.sdf else. `tactor "
-      "check --explain` and the summary of a run say which, and why. The costs and the lane of the node stay as the "
-      "graph "
-      "has them.";
+      "It takes collision.none if nothing can touch, collision.primitive if no mesh moves, and collision.sdf "
+      "otherwise. `tactor check --explain` and the summary of a run name the choice and its reason. The node keeps the "
+      "costs and the lane that the graph gives it.";
   info.create = nullptr;
   info.check = nullptr;
   info.resolve = choose;

@@ -20,14 +20,15 @@ void declare_cells(Declare<N>& declaration, int resolution) {
       .template integer<std::int32_t>(
           "resolution", &N::Params::resolution,
           {.doc = "cells along the longest side of a mesh", .default_value = resolution, .min = 8, .max = 1024})
-      .template real<double>("band", &N::Params::band,
-                             {.doc = "distance from a mesh's surface within which cells list their nearest faces; more "
-                                     "where a ball of larger radius may touch it, less in a mesh that is shorter than "
-                                     "eight of it",
-                              .unit = "m",
-                              .default_value = CellOptions{}.band,
-                              .min = 0,
-                              .max = 0.1})
+      .template real<double>(
+          "band", &N::Params::band,
+          {.doc =
+               "distance from a mesh's surface within which cells list their nearest faces. It grows if a ball of "
+               "larger radius may touch the mesh, and shrinks in a mesh that is shorter than eight times this distance",
+           .unit = "m",
+           .default_value = CellOptions{}.band,
+           .min = 0,
+           .max = 0.1})
       .unread_when({"resolution", "band"}, [](const typename N::Params&, const ParamUse& use) {
         const auto& bodies = use.scene->bodies;
         const bool any = std::any_of(bodies.begin(), bodies.end(), [](const Body& b) { return b.mesh() != nullptr; });

@@ -49,7 +49,7 @@ void CollisionNode::take_poses(Time now) {
   age_ = 0;
   const auto take = [&](const Stamped<BodyStates>& message, const char* input) {
     if (message.value.count != start_.count) {
-      throw InputError(std::string("the input ") + input + " tells of " + std::to_string(message.value.count) +
+      throw InputError(std::string("the input ") + input + " has " + std::to_string(message.value.count) +
                        " moving bodies; the scene has " + std::to_string(start_.count) + ": " + names_);
     }
     at_ = message.value;

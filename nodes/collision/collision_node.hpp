@@ -61,26 +61,29 @@ std::string several_move(const Scene& scene);
 template <class N>
 void declare_collision(Declare<N>& declaration) {
   // The template arguments let pointers to the members of base classes convert.
-  declaration.template input<DeviceState>("device", &N::device, {.doc = "says when to query", .trigger = Trigger::yes})
+  declaration
+      .template input<DeviceState>("device", &N::device,
+                                   {.doc = "each message starts a query", .trigger = Trigger::yes})
       .template input<PhysicsState>(
           "state", &N::state,
-          {.doc = "the last tool pose; before the first the tool is where the scene puts it", .required = false})
+          {.doc = "the last tool pose; until one arrives, the tool is where the scene puts it", .required = false})
       .template input<BodyStates>(
           "bodies", &N::bodies,
-          {.doc = "the last poses of all moving bodies, instead of `state`; required where several move",
+          {.doc = "the last poses of all moving bodies, instead of `state`; required if several bodies move",
            .required = false})
       .needed_when(several_move)
-      .template input<BodyStates>("expected", &N::expected,
-                                  {.doc = "where the moving bodies are expected to be by now, to query there instead",
-                                   .required = false,
-                                   .in_reference = false})
-      .template output<LocalContacts>(
-          "local", &N::local,
-          "the contacts there and on the way ahead, for prediction.local; looked for where it is read")
+      .template input<BodyStates>(
+          "expected", &N::expected,
+          {.doc = "where the moving bodies are expected to be by now; the query then uses these poses instead",
+           .required = false,
+           .in_reference = false})
+      .template output<LocalContacts>("local", &N::local,
+                                      "the contacts at that pose and along the expected motion, for prediction.local. "
+                                      "They are computed only if something reads them")
       .template output<ContactSet>("contacts", &N::contacts,
-                                   "the contacts at that pose, stamped with the start of the query")
+                                   "the contacts at the pose of the query, stamped with the start of the query")
       .template real<double>("margin", &N::Params::margin,
-                             {.doc = "distance below which contacts are reported before they touch",
+                             {.doc = "surfaces closer than this are reported as contacts before they touch",
                               .unit = "m",
                               .default_value = 0.002,
                               .min = 0,

@@ -14,7 +14,9 @@ void NoCollision::query(const BodyStates& states, ContactSet& set) {
 
 NodeInfo NoCollision::declare() {
   Declare<NoCollision> d("collision.none", "No contacts: the pipeline keeps its timing and nothing touches.");
-  d.details("To see what a scene does without contact. Left out, as every collision, where there is nothing to hit.");
+  d.details(
+      "Use it to see what a scene does without contact. Like every collision node, it is left out if there is nothing "
+      "to hit.");
   declare_collision(d);
   return d.info();
 }

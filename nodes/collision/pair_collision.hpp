@@ -32,46 +32,44 @@ void declare_pairs(Declare<N>& declaration) {
   declare_collision(declaration);
   declaration.template real<double>(
       "spacing", &N::Params::spacing,
-      {.doc =
-           "how far contact samples may be apart. Of a mesh, every point of the surface has one of the same side "
-           "within this, so that no more than this of a depth is missed, and far less where faces lie on each other; "
-           "0: all vertices, and points between them where an edge is longer than an eighth of the mesh's longest "
-           "side. Of a box or a capsule, the longest distance between neighbours; 0: an eighth of the longest edge, "
-           "0.28 of the radius, of a box no more than that of the smallest box that it may meet, of a fixed box nor "
-           "than that of a moving mesh",
+      {.doc = "how far apart contact samples may be; 0 lets the shape decide. On a mesh, every surface point has a "
+              "sample on its own side within this distance, so at most this much depth is missed, and far less where "
+              "faces lie on each other. With 0, a mesh uses all vertices, and points between them on edges longer than "
+              "an eighth of the mesh's longest side. On a box or a capsule, this is the largest distance between "
+              "neighbouring samples. With 0, a box takes an eighth of its longest edge, and a capsule 0.28 of its "
+              "radius. With 0, a box is also sampled no more coarsely than the smallest box it may touch, and a fixed "
+              "box no more coarsely than a moving mesh",
        .unit = "m",
        .default_value = 0,
        .min = 0,
        .max = 1});
-  declaration.template integer<std::int32_t>(
-      "max_contacts", &N::Params::max_contacts,
-      {.doc = "contacts sent at most; of more, some that are spread out stand for all, with the same force and torque",
-       .default_value = ContactSet::capacity,
-       .min = 8,
-       .max = ContactSet::capacity});
+  declaration.template integer<std::int32_t>("max_contacts", &N::Params::max_contacts,
+                                             {.doc = "most contacts that are sent. If there are more, a spread-out "
+                                                     "subset is sent. It is weighted to give the same force and torque",
+                                              .default_value = ContactSet::capacity,
+                                              .min = 8,
+                                              .max = ContactSet::capacity});
   declaration.template integer<std::int32_t>(
       "local_contacts", &N::Params::local_contacts,
-      {.doc = "the same of the output `local`",
+      {.doc = "most contacts that are sent on the output `local`, chosen in the same way",
        .default_value = 24,
        .min = 4,
        .max = LocalContacts::capacity,
        .in_reference = 24});  // nothing reads `local` there: one reference run serves all values
-  declaration.template integer<std::int32_t>(
-      "anchors", &N::Params::anchors,
-      {.doc = "poses that `local` is looked up at: now, and where the velocities lead",
-       .default_value = 3,
-       .min = 1,
-       .max = LocalContacts::max_anchors,
-       .in_reference = 3});
-  declaration.template real<double>(
-      "anchor_time", &N::Params::anchor_time,
-      {.doc =
-           "time between them, about the physics period in contact: a result is in use from one to two periods after "
-           "its query",
-       .unit = "s",
-       .default_value = 0.015,
-       .min = 0,
-       .max = 0.1});
+  declaration.template integer<std::int32_t>("anchors", &N::Params::anchors,
+                                             {.doc = "number of poses at which contacts for `local` are found: the "
+                                                     "present pose, and those that the velocities lead to",
+                                              .default_value = 3,
+                                              .min = 1,
+                                              .max = LocalContacts::max_anchors,
+                                              .in_reference = 3});
+  declaration.template real<double>("anchor_time", &N::Params::anchor_time,
+                                    {.doc = "time between these poses. Choose about the physics period in contact: a "
+                                            "result is in use from one to two periods after its query",
+                                     .unit = "s",
+                                     .default_value = 0.015,
+                                     .min = 0,
+                                     .max = 0.1});
   using P = typename N::Params;
   declaration
       .unread_when({"local_contacts", "anchors", "anchor_time"},
@@ -79,7 +77,7 @@ void declare_pairs(Declare<N>& declaration) {
                      return std::string(use.is_read("local") ? "" : "nothing reads the output local");
                    })
       .unread_when({"spacing"}, [](const P&, const ParamUse& use) {
-        return std::string(has_spaced_samples(*use.scene) ? "" : "no body has contact samples with distances between");
+        return std::string(has_spaced_samples(*use.scene) ? "" : "no body has contact samples that are spaced apart");
       });
   declaration.coarser("margin", {1e-3, 5e-4, 2e-4})
       .coarser("spacing", {5e-4, 1e-3, 2e-3, 4e-3, 8e-3})

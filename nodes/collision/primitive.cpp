@@ -30,11 +30,10 @@ NodeInfo PrimitiveCollision::declare() {
   Declare<PrimitiveCollision> d("collision.primitive",
                                 "Exact contacts of moving spheres, capsules and boxes with bodies of any shape.");
   d.details(
-      "A sphere touches a body at one point of weight 1, by the signed distance of its centre; where it fits into a "
-      "notch it touches one side of it at a time. A capsule of radius r and length L touches by balls along its axis: "
-      "its ends weigh 1 each, its length L / (2 r) in all, whatever the spacing s, and the depth falls short by at "
-      "most "
-      "s^2 / (8 (r - depth)), nothing on a plane. Boxes and meshes meet as in collision.sdf.");
+      "A sphere touches a body at one point of weight 1, found from the signed distance of its centre. In a notch it "
+      "touches one side at a time. A capsule of radius r and length L is sampled by balls along its axis. Its two ends "
+      "weigh 1 each, and its length weighs L / (2 r) in total, whatever the spacing s. The depth found is too small by "
+      "at most s^2 / (8 (r - depth)), and exact on a plane. Boxes and meshes touch as in collision.sdf.");
   declare_pairs(d);
   // A point or a few need no finer cells: a seventh of the time to make them, for a quarter more a query.
   declare_cells(d, 48);

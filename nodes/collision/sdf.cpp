@@ -6,11 +6,12 @@ SdfCollision::SdfCollision(const Params& params, const NodeContext& context)
     : PairCollision(params, context, cell_distances(params, context.notes)) {}
 
 NodeInfo SdfCollision::declare() {
-  Declare<SdfCollision> d("collision.sdf", "Exact contacts of bodies of any shape, meshes prepared by cells.");
+  Declare<SdfCollision> d("collision.sdf", "Exact contacts of bodies of any shape, with meshes prepared as cells.");
   d.details(
-      "Points of either surface against the other's exact signed distance, culled by spheres that remember how far "
-      "they are out of reach. A query does work in proportion to the penetrating contacts. Thin parts must be thicker "
-      "than the deepest penetration: beyond the middle of a part the nearest surface is the far one.");
+      "It tests points of either surface against the exact signed distance of the other. Spheres that remember how far "
+      "they are out of reach cull most points, so the work of a query is proportional to the penetrating contacts. A "
+      "part must be thicker than the deepest penetration: beyond its middle, the nearest surface is the one on the far "
+      "side.");
   declare_pairs(d);
   d.cheaper("collision.primitive");
   declare_cells(d, CellOptions{}.resolution);

@@ -12,8 +12,8 @@ namespace {
 void check_bounds(const char* low_name, double low, const char* high_name, double high) {
   if (low > high) {
     throw ValueError(low_name, std::string("coupling.adaptive: ") + low_name + " (" + std::to_string(low) +
-                                   ") is above " + high_name + " (" + std::to_string(high) +
-                                   "); lower the one or raise the other");
+                                   ") is above " + high_name + " (" + std::to_string(high) + "); lower " + low_name +
+                                   " or raise " + high_name);
   }
 }
 
@@ -63,10 +63,9 @@ void AdaptiveCoupling::tune(const Params& params) {
 NodeInfo AdaptiveCoupling::declare() {
   Declare<AdaptiveCoupling> d("coupling.adaptive", "A spring whose stiffness follows the tool's mass and inertia.");
   d.details(
-      "k_t = clamp(k_0 (m/m_0)^a, k_min, k_device), b_t = 2 zeta sqrt(k_t m); rotation likewise with the mean "
-      "principal "
-      "inertia. Hou and Sourina (2013) adapt the spring so; the functions are this project's own, as theirs are not "
-      "printed. The sag under gravity grows as m^(1-a).");
+      "k_t = clamp(k_0 (m/m_0)^a, k_min, k_device), b_t = 2 zeta sqrt(k_t m). Rotation follows the same equations with "
+      "the mean principal inertia. Hou and Sourina (2013) adapt the spring to the mass in this way; they do not print "
+      "their functions, so these are this project's own. The sag under gravity grows as m^(1-a).");
   const auto positive = [](std::string doc, std::string unit, double value) {
     return RealOptions{
         .doc = std::move(doc), .unit = std::move(unit), .default_value = value, .min = 0, .above_min = true};
@@ -74,12 +73,15 @@ NodeInfo AdaptiveCoupling::declare() {
   d.real("k_0", &Params::k_0, positive("stiffness at the mass m_0", "N/m", 500));
   d.real("m_0", &Params::m_0, positive("mass at which the stiffness is k_0", "kg", 0.1));
   d.real("a", &Params::a,
-         {.doc = "exponent: 0 a fixed spring, 1 a sag independent of mass", .default_value = 0.5, .min = 0, .max = 1});
-  d.real("k_min", &Params::k_min, positive("least stiffness", "N/m", 100));
+         {.doc = "exponent; 0: a fixed spring, 1: a sag that does not depend on the mass",
+          .default_value = 0.5,
+          .min = 0,
+          .max = 1});
+  d.real("k_min", &Params::k_min, positive("smallest stiffness", "N/m", 100));
   d.real("k_device", &Params::k_device, positive("largest stiffness the device renders stably", "N/m", 1000));
   d.real("k_r0", &Params::k_r0, positive("rotational stiffness at the inertia I_0, per rad", "N m/rad", 1));
   d.real("I_0", &Params::I_0, positive("mean inertia at which the stiffness is k_r0", "kg m^2", 1e-4));
-  d.real("k_r_min", &Params::k_r_min, positive("least rotational stiffness, per rad", "N m/rad", 0.05));
+  d.real("k_r_min", &Params::k_r_min, positive("smallest rotational stiffness, per rad", "N m/rad", 0.05));
   d.real("k_r_device", &Params::k_r_device,
          positive("largest rotational stiffness the device renders stably, per rad", "N m/rad", 4));
   d.real("zeta", &Params::zeta, {.doc = "damping ratio; 1 is critical", .default_value = 1, .min = 0, .max = 10});

@@ -17,10 +17,10 @@ void declare_coupling(Declare<N>& declaration) {
   declaration.realtime_safe()
       .template input<PhysicsState>(
           "state", &N::state,
-          {.doc = "tool and handle at one instant; a force is sent for each", .trigger = Trigger::yes})
+          {.doc = "tool and handle at one instant; each message gives one force", .trigger = Trigger::yes})
       .template output<Wrench>("force", &N::force, "wrench on the device about its handle, limited by norm")
       .template output<CouplingParameters>("parameters", &N::parameters,
-                                           "the spring and damper: at the start, and when they change")
+                                           "the spring and damper, sent at the start and when they change")
       .template real<double>("force_max", &P::force_max,
                              {.doc = "largest force on the device, by norm", .unit = "N", .default_value = 8, .min = 0})
       .template real<double>(

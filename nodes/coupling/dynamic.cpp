@@ -31,9 +31,9 @@ void DynamicCoupling::tune(const Params& params) {
 NodeInfo DynamicCoupling::declare() {
   Declare<DynamicCoupling> d("coupling.dynamic", "A fixed spring with a damper matched to the tool's mass.");
   d.details(
-      "F = -k_t (p_WD - p_WT) - b_t (v_WD - v_WT) with b_t = 2 zeta sqrt(k_t m); the torque likewise with the mean of "
-      "the tool's principal inertias. McNeely, Puterbaugh and Troy, SIGGRAPH 1999. The sag m g / k_t of a heavy tool "
-      "grows with its mass; coupling.adaptive makes it grow less.");
+      "F = -k_t (p_WD - p_WT) - b_t (v_WD - v_WT) with b_t = 2 zeta sqrt(k_t m). The torque follows the same equation "
+      "with the mean of the tool's principal inertias. The sag m g / k_t of a heavy tool grows with its mass; with "
+      "coupling.adaptive it grows less. Source: McNeely, Puterbaugh and Troy, SIGGRAPH 1999.");
   declare_springs(d);
   d.real("zeta", &Params::zeta,
          {.doc = "damping ratio; 1 is critical", .unit = "1", .default_value = 1, .min = 0, .max = 10});

@@ -27,7 +27,7 @@ NodeInfo StaticCoupling::declare() {
   Declare<StaticCoupling> d("coupling.static", "A spring between the handle and a massless tool in balance.");
   d.details(
       "F = -k_t (p_WD - p_WT), torque = -k_r log(R_WD R_WT^T). The tool has neither inertia nor weight: it goes where "
-      "the spring and the contacts balance. Without damper it is the simplest coupling and the noisiest.");
+      "the spring and the contacts balance. It has no damper, which makes it the simplest and the noisiest coupling.");
   declare_springs(d);
   declare_coupling(d);
   d.tunable({"k_t", "k_r", "force_max", "torque_max"});

@@ -26,8 +26,8 @@ NodeInfo AutoDynamics::declare() {
   Declare<TranslationDynamics> d("dynamics.auto",
                                  "The dynamics that suit the scene: deformable, rigid or translation.");
   d.details(
-      "dynamics.deformable where a body deforms, dynamics.translation where none rotates, dynamics.rigid else. `tactor "
-      "check --explain` and the summary of a run say which, and why.");
+      "It takes dynamics.deformable if a body deforms, dynamics.translation if no body rotates, and dynamics.rigid "
+      "otherwise. `tactor check --explain` and the summary of a run name the choice and its reason.");
   declare_moving(d, 0.001);
   NodeInfo info = d.info();
   // Each kind has a default of its own.

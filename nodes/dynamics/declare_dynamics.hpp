@@ -33,17 +33,17 @@ void declare_moving(Declare<N>& declaration, double substep) {
       .template output<PhysicsState>("state", &N::state, "tool and handle at the time of the last sample used")
       .template output<BodyStates>("bodies", &N::bodies, "all moving bodies at that time, the tool first")
       .template output<LocalPatch>("patch", &N::patch,
-                                   "what deforms around the tool, condensed onto a few nodes; nothing where nothing "
-                                   "deforms; computed where it is read")
+                                   "the deformable surface around the tool, condensed onto a few nodes. It is empty if "
+                                   "nothing deforms, and computed only if something reads it")
       .template output<BodyStates>("expected", &N::expected,
-                                   "where they are by the newest sample of the handle, in a few steps: the place for "
-                                   "the next contact query; computed where it is read")
+                                   "the moving bodies at the time of the newest handle sample, reached in a few steps, "
+                                   "for the next contact query. They are computed only if something reads them")
       .template real<double>(
           "substep", &P::substep,
           {.doc = "longest sub-step", .unit = "s", .default_value = substep, .min = 1e-6, .max = 0.1})
       .template integer<std::int32_t>(
           "iterations", &P::iterations,
-          {.doc = "Newton iterations a sub-step, at most; then a damped step is taken, and counted",
+          {.doc = "most Newton iterations in a sub-step. If they do not suffice, a damped step is taken and counted",
            .default_value = 60,
            .min = 1,
            .max = 200})
@@ -98,30 +98,31 @@ void declare_inertial(Declare<N>& declaration) {
   declare_dynamics(declaration);
   declaration
       .refuses("coupling", "massless",
-               "it moves bodies of mass, and that coupling's tool has none; use dynamics.quasistatic, or a coupling "
-               "with a damper")
+               "it needs a tool with mass, and that coupling has a massless tool; use dynamics.quasistatic, or a "
+               "coupling with a damper")
       .boolean("error_estimate", &P::error_estimate, false,
-               "compare each sub-step with two of half its length and report the position error of the tool; at three "
-               "times the run time")
-      .template real<double>(
-          "substep_tolerance", &P::substep_tolerance,
-          {.doc = "position error of a sub-step above which it is shortened; 0: the sub-step is fixed",
-           .unit = "m",
-           .default_value = 0,
-           .min = 0,
-           .max = 0.01})
-      .template real<double>(
-          "min_substep", &P::min_substep,
-          {.doc = "shortest sub-step under a tolerance", .unit = "s", .default_value = 5e-5, .min = 1e-6, .max = 0.02})
-      .template real<double>(
-          "dissipate_above", &P::dissipate_above,
-          {.doc =
-               "energy that steps and new contact sets made out of nothing, and that has not been dissipated since, is "
-               "taken out of the velocities, but for this much of it, and of what moves; 1 MJ: nothing is taken",
-           .unit = "J",
-           .default_value = 0.001,
-           .min = 0,
-           .max = 1e6});
+               "compare each sub-step with two half steps and report the position error of the tool. The run takes "
+               "three times as long")
+      .template real<double>("substep_tolerance", &P::substep_tolerance,
+                             {.doc = "a sub-step with a larger position error is shortened; 0: the sub-step is fixed",
+                              .unit = "m",
+                              .default_value = 0,
+                              .min = 0,
+                              .max = 0.01})
+      .template real<double>("min_substep", &P::min_substep,
+                             {.doc = "shortest sub-step if `substep_tolerance` is set",
+                              .unit = "s",
+                              .default_value = 5e-5,
+                              .min = 1e-6,
+                              .max = 0.02})
+      .template real<double>("dissipate_above", &P::dissipate_above,
+                             {.doc = "limit on the energy that steps and new contact sets have generated and that has "
+                                     "not been dissipated since. Energy above it is taken out of the velocities, but "
+                                     "this much kinetic energy is always left. 1 MJ: nothing is taken",
+                              .unit = "J",
+                              .default_value = 0.001,
+                              .min = 0,
+                              .max = 1e6});
   declare_integrator(declaration);
   declaration.coarser("error_estimate", {false}).coarser("substep_tolerance", {1e-7, 1e-6, 1e-5, 1e-4});
   const auto not_estimated = [](const P& params, const MetricUse&) {

@@ -61,19 +61,20 @@ void declare_metrics(Declare<DeformableDynamics>& d) {
 /// Adds the parameters of the output `patch`.
 void declare_patch(Declare<DeformableDynamics>& d) {
   d.integer("patch_nodes", &DeformableDynamics::Params::patch_nodes,
-            {.doc = "nodes around the tool that the output `patch` has, at most; it has twice as many as are "
-                    "touched, and 16 at least",
+            {.doc = "most nodes around the tool in the output `patch`. The patch has twice as many nodes as are "
+                    "touched, but at least 16",
              .default_value = 36,
              .min = 4,
              .max = LocalPatch::capacity})
       .integer("patch_far_nodes", &DeformableDynamics::Params::patch_far_nodes,
-               {.doc = "nodes spread over the rest of the surface that carry the slow motions of the whole body in the "
-                       "output `patch`, at most",
+               {.doc = "most nodes of the output `patch` on the rest of the surface. They are spread out and carry the "
+                       "slow motions of the whole body",
                 .default_value = 8,
                 .min = 0,
                 .max = most_far_nodes})
       .real("patch_reach", &DeformableDynamics::Params::patch_reach,
-            {.doc = "how far from the tool they may be; within a twentieth of it they count as touched",
+            {.doc = "largest distance between the tool and the nodes around it. Nodes within a twentieth of it count "
+                    "as touched",
              .unit = "m",
              .default_value = 0.04,
              .min = 0,
@@ -106,9 +107,9 @@ Eigen::VectorXd settled(const SoftScene& soft, const Scene& scene, FactorKind so
   if (notes != nullptr) {
     const std::string loose = held_nowhere(soft, scene);
     notes->push_back(
-        "dynamics.deformable: warning: the bodies that deform find no balance under their weight, so they start "
+        "dynamics.deformable: warning: the deformable bodies find no balance under their weight, so they start "
         "unstrained and move at once; " +
-        (loose.empty() ? std::string("make them stiffer, or write settle: false")
+        (loose.empty() ? std::string("make them stiffer, or set settle: false")
                        : "body '" + loose + "' is held nowhere and falls: give it `fixed`"));
   }
   return soft.model.rest();
@@ -120,21 +121,16 @@ NodeInfo DeformableDynamics::declare() {
   Declare<DeformableDynamics> d("dynamics.deformable",
                                 "Elastic bodies of tetrahedra, and the rigid ones that touch them.");
   d.details(
-      "Finite elements with implicit steps: Newton's method with a line search, a sparse factorisation, and contact "
-      "with "
-      "friction solved together with the tool as one convex problem (docs/explanation/deformable.md). A step covers "
-      "all samples "
-      "of the "
-      "handle since the last result, in pieces of at most `substep`. `law: corotational` is linear elasticity that "
-      "turns with "
-      "the material; `neo_hookean` is for strain beyond some 20 %. Linear elements are too stiff in bending; "
-      "`elements: quadratic` are not, at several times the cost. "
-      "Factors of "
-      "earlier steps serve, corrected by what iterations find out, until slow iterations have cost as much as a new "
-      "one; "
-      "the report says how many there were. Deformable bodies do not touch each other.");
+      "The node uses finite elements with implicit steps: Newton's method with a line search and a sparse "
+      "factorisation. Contact with friction is solved together with the tool as one convex problem "
+      "(docs/explanation/deformable.md). A step covers all samples of the handle since the last result, in pieces of "
+      "at most `substep`. `law: corotational` is linear elasticity that turns with the material; `neo_hookean` is for "
+      "strains above about 20 %. Linear elements are too stiff in bending. `elements: quadratic` avoids that at "
+      "several times the cost. Factors of earlier steps are reused and updated from the iterations, until slow "
+      "iterations have cost as much as a new factorisation. The report counts the factorisations. Deformable bodies do "
+      "not touch each other.");
   declare_moving(d, 0.01);
-  d.output("surfaces", &DeformableDynamics::surfaces, "where the surfaces are, for those who show them");
+  d.output("surfaces", &DeformableDynamics::surfaces, "the positions of the surfaces, for display");
   declare_integrator(d);
   declare_soft_contacts(d, ContactSet::capacity, false);
   d.choice<Elasticity>("law", &Params::law,
@@ -143,47 +139,47 @@ NodeInfo DeformableDynamics::declare() {
       .choice<ElementOrder>("elements", &Params::elements,
                             {{"linear", ElementOrder::linear}, {"quadratic", ElementOrder::quadratic}},
                             ElementOrder::linear, "the order of the tetrahedra: 4 or 10 nodes each")
-      .choice<FactorKind>(
-          "solver", &Params::solver,
-          {{"auto", FactorKind::automatic},
-           {"portable", FactorKind::portable},
-           {"eigen", FactorKind::eigen},
-           {"simplicial", FactorKind::simplicial},
-           {"supernodal", FactorKind::supernodal}},
-          FactorKind::automatic,
-          "what factors the equations; eigen and simplicial give the same numbers on all processors, supernodal is "
-          "the fastest; auto: eigen below 1,000 tetrahedra, else supernodal; portable: eigen below 10,000, else "
-          "simplicial",
-          FactorKind::portable)
+      .choice<FactorKind>("solver", &Params::solver,
+                          {{"auto", FactorKind::automatic},
+                           {"portable", FactorKind::portable},
+                           {"eigen", FactorKind::eigen},
+                           {"simplicial", FactorKind::simplicial},
+                           {"supernodal", FactorKind::supernodal}},
+                          FactorKind::automatic,
+                          "the solver that factors the equations. eigen and simplicial give the same numbers on all "
+                          "processors; supernodal is the fastest. auto: eigen below 1,000 tetrahedra, otherwise "
+                          "supernodal; portable: eigen below 10,000, otherwise simplicial",
+                          FactorKind::portable)
       .integer("newton_iterations", &Params::newton_iterations,
-               {.doc = "Newton iterations of the elastic equations a step, at most; then the step is damped, and "
-                       "counted",
+               {.doc = "most Newton iterations of the elastic equations in a step. If they do not suffice, the step is "
+                       "damped and counted",
                 .default_value = 8,
                 .min = 1,
                 .max = 100,
                 .in_reference = 30})
       .real("tolerance", &Params::tolerance,
-            {.doc = "what may be left of the nodes' equation, of the forces on them",
+            {.doc = "largest residual of the nodes' equations, relative to the forces on the nodes",
              .default_value = 1e-3,
              .min = 1e-10,
              .max = 0.1,
              .in_reference = 1e-4})
-      .boolean("reuse_factors", &Params::reuse_factors, true,
-               "keep factors of earlier steps until their slow iterations cost as much as new ones")
+      .boolean(
+          "reuse_factors", &Params::reuse_factors, true,
+          "keep factors of earlier steps until the slow iterations with them have cost as much as a new factorisation")
       .integer("most_substeps", &Params::most_substeps,
-               {.doc = "steps of a result at most; then they are longer than `substep`",
+               {.doc = "most steps in a result. If more are needed, the steps become longer than `substep`",
                 .default_value = 2,
                 .min = 1,
                 .max = 1000})
       .real("min_step", &Params::min_step,
-            {.doc = "samples of the handle that are closer than this to the last one used wait for later ones; a "
+            {.doc = "a handle sample that is closer in time than this to the last one used waits for later samples. A "
                     "reference run steps every millisecond",
              .unit = "s",
              .default_value = 0,
              .min = 0,
              .max = 0.1,
              .in_reference = 0.001})
-      .boolean("settle", &Params::settle, true, "start in balance with the weight");
+      .boolean("settle", &Params::settle, true, "start with the deformable bodies in balance with their weight");
   declare_patch(d);
   d.coarser("elements", {std::string("linear")})
       .coarser("solver", {std::string("eigen"), std::string("simplicial"), std::string("supernodal")})
@@ -230,7 +226,8 @@ void DeformableDynamics::step(StepContext& context) {
   const CouplingParameters& spring = message->value;
   if (spring.massless != 0) {
     throw RunError(
-        "dynamics.deformable moves bodies of mass, and the coupling's tool has none; use a coupling with a damper");
+        "dynamics.deformable needs a tool with mass, and the coupling has a massless tool; use a coupling with a "
+        "damper");
   }
   const Stamped<ContactSet>* set = contacts.connected() ? contacts.latest() : nullptr;
   Time until = context.now();

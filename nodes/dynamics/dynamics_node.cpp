@@ -30,7 +30,7 @@ DynamicsNode::DynamicsNode(std::string type, const InertialParams& params, bool 
   if (params.substep_tolerance > 0 && params.min_substep > params.substep) {
     throw ValueError("min_substep", type_ + ": min_substep (" + std::to_string(params.min_substep) +
                                         " s) is above substep (" + std::to_string(params.substep) +
-                                        " s); lower the one or raise the other");
+                                        " s); lower min_substep or raise substep");
   }
   refuse_deformable(*context.scene, type_ + " moves", "dynamics.deformable");
   for (const std::size_t i : context.scene->moving()) {
@@ -44,14 +44,14 @@ void DynamicsNode::step(StepContext& context) {
   CouplingParameters spring = message->value;
   if (spring.massless != 0 && !massless_) {
     throw RunError(type_ +
-                   " moves bodies of mass, and the coupling's tool has none; use dynamics.quasistatic, or a "
+                   " needs a tool with mass, and the coupling has a massless tool; use dynamics.quasistatic, or a "
                    "coupling with a damper");
   }
   if (!begun_ && !params_.start_at_device && spring.k_t == 0 && spring.b_t > 0) {
     throw RunError(type_ +
-                   ": start_at_device is false, and the coupling is a damper without a spring (a line of waves): it "
-                   "never draws the tool to the handle, so that the scene would be felt in the wrong place; use "
-                   "start_at_device: true, or a coupling with a spring");
+                   ": start_at_device is false, and the coupling is a damper without a spring (a line of waves). It "
+                   "never pulls the tool to the handle, so the scene would be felt in the wrong place; set "
+                   "start_at_device: true, or use a coupling with a spring");
   }
   if (massless_) spring.massless = 1;
   bodies_.massless = spring.massless;

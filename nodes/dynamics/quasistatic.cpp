@@ -17,14 +17,14 @@ QuasistaticDynamics::QuasistaticDynamics(const Params& params, const NodeContext
 
 NodeInfo QuasistaticDynamics::declare() {
   Declare<QuasistaticDynamics> d("dynamics.quasistatic",
-                                 "A massless tool where the coupling spring and the contacts balance.");
+                                 "A massless tool at the place where the coupling spring and the contacts balance.");
   d.details(
-      "k_t (p_WD - p_WT) + sum of contact forces = 0, torques likewise; the tool has no mass, no weight and no damper, "
-      "whatever the coupling and the materials say. Without contact it is where the handle is. Goes with "
-      "coupling.static. Nothing smooths the force; where contacts appear and vanish the tool jumps.");
+      "k_t (p_WD - p_WT) + sum of contact forces = 0, and the same for torques. The tool has no mass, no weight and no "
+      "damper, whatever the coupling and the materials say. Without contact it is where the handle is. Use it with "
+      "coupling.static. Nothing smooths the force: the tool jumps when contacts appear and vanish.");
   declare_dynamics(d);
   d.refuses("coupling", "damper",
-            "its tool has no damper, which is all that a line of waves pulls it by; use dynamics.translation");
+            "its tool has no damper, and a line of waves pulls the tool by a damper alone; use dynamics.translation");
   return d.info();
 }
 

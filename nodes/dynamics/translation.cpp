@@ -20,9 +20,9 @@ NodeInfo TranslationDynamics::declare() {
   Declare<TranslationDynamics> d("dynamics.translation",
                                  "Bodies that move without rotating, the tool among them on the coupling spring.");
   d.details(
-      "dynamics.rigid with 3 degrees of freedom a body: for a probe that is a sphere, or any tool whose orientation "
-      "does not matter. No rotation and no torque are computed. Every moving body of the scene must have `motion: "
-      "translation`.");
+      "This is dynamics.rigid with 3 degrees of freedom for each body. Use it for a spherical probe, or for any tool "
+      "whose orientation does not matter. It computes no rotation and no torque. Every moving body of the scene must "
+      "have `motion: translation`.");
   declare_inertial(d);
   d.cheaper("dynamics.quasistatic");
   return d.info();

@@ -91,41 +91,45 @@ RealOptions of_device(std::string doc, std::string unit, double otherwise, doubl
 NodeInfo Impact::declare() {
   Declare<Impact> d("effect.impact", "Adds a short vibration when contact begins, scaled by the speed of the impact.");
   d.details(
-      "A wall rendered as a spring feels like foam: the force begins at zero. Hard things are known by the vibration "
-      "of "
-      "the first milliseconds, so that is played back open-loop. When contact begins, the handle gets the acceleration "
-      "v a(t) away from the surface besides, v being its speed of approach along the surface's force, at the time of "
-      "the sample that led to the contact, and\n"
-      "a(t) = amplitude exp(-t / decay) sin(2 pi frequency t), or the rows of `profile`, m/s^2 a m/s of impact.\n"
-      "The forces for it come from the inverse of the device: masses, grip, damper and spring of the hand, amplifier "
-      "and mode of vibration, tick by tick, by least squares. They are those of the graph's device where it has such "
-      "parameters. `impact.match_error` tells what such a device misses of it. Friction and delays are not inverted. "
-      "It lasts six decays, or 400 ticks at most. Then the force that the hand still takes fades out in 20 ms.\n"
-      "Contact is what `contact` tells. Without that input it is the incoming force that begins, which counts the "
-      "weight and the inertia of a displayed tool as contact too.\n"
-      "Put it between interpolation and device. After Kuchenbecker, Fiene, Niemeyer, Improving contact realism through "
-      "event-based haptic feedback (2006), and Fiene, Kuchenbecker, Shaping Event-Based Haptic Transients (2007).");
+      "A wall rendered as a spring feels like foam, because its force begins at zero. People recognise a hard object "
+      "by the vibration of the first milliseconds, so the node plays this vibration back open-loop. When contact "
+      "begins, the handle gets the additional acceleration v a(t) away from the surface. v is its speed of approach "
+      "along the surface's force, at the time of the sample that led to the contact, and\na(t) = amplitude exp(-t / "
+      "decay) sin(2 pi frequency t), or the rows of `profile`, in m/s^2 per m/s of impact.\nThe node computes the "
+      "forces for it by inverting a model of the device, tick by tick, by least squares. The model has masses, grip, "
+      "damper and spring of the hand, amplifier and mode of vibration. It takes the values of the graph's device if "
+      "that has such parameters. `impact.match_error` tells what share of the acceleration such a device misses. "
+      "Friction and delays are not inverted. The vibration lasts six decays, or 400 ticks at most. Then the force that "
+      "the hand still takes fades out in 20 ms.\nThe input `contact` tells when contact begins. Without that input, "
+      "contact begins when the incoming force does; then the weight and the inertia of a displayed tool count as "
+      "contact too.\nPut the node between interpolation and device. After Kuchenbecker, Fiene, Niemeyer, Improving "
+      "contact realism through event-based haptic feedback (2006), and Fiene, Kuchenbecker, Shaping Event-Based Haptic "
+      "Transients (2007).");
   declare_stage(d)
       .real("amplitude", &Params::amplitude,
-            {.doc = "of the acceleration, m/s^2 a m/s of impact",
+            {.doc = "amplitude of the acceleration, in m/s^2 per m/s of impact",
              .unit = "1/s",
              .default_value = 30,
              .min = 0,
              .max = 1e5})
       .real("frequency", &Params::frequency,
-            {.doc = "of the vibration", .unit = "Hz", .default_value = 100, .min = 1, .max = 1e4})
+            {.doc = "frequency of the vibration", .unit = "Hz", .default_value = 100, .min = 1, .max = 1e4})
       .real("decay", &Params::decay,
-            {.doc = "after which 1/e of it is left", .unit = "s", .default_value = 0.01, .min = 1e-4, .max = 0.5})
+            {.doc = "time after which 1/e of the vibration is left",
+             .unit = "s",
+             .default_value = 0.01,
+             .min = 1e-4,
+             .max = 0.5})
       .table("profile", &Params::profile, {{"t", "s", {}}, {"a", "1/s", {}}}, false,
-             "an acceleration in place of the sinusoid, m/s^2 a m/s of impact, straight between its rows")
+             "an acceleration in place of the sinusoid, in m/s^2 per m/s of impact, linear between its rows")
       .real("threshold", &Params::threshold,
-            {.doc = "contact begins where the force is larger, without `contact`",
+            {.doc = "without the input `contact`: contact begins when the force is larger",
              .unit = "N",
              .default_value = 0.05,
              .min = 0,
              .max = 10})
       .real("quiet", &Params::quiet,
-            {.doc = "for which there must have been no contact before",
+            {.doc = "time without contact that must pass before another vibration",
              .unit = "s",
              .default_value = 0.05,
              .min = 0,
@@ -133,12 +137,13 @@ NodeInfo Impact::declare() {
       .real("least_speed", &Params::least_speed,
             {.doc = "slower impacts make no vibration", .unit = "m/s", .default_value = 0.02, .min = 0, .max = 10})
       .real("effort", &Params::effort,
-            {.doc = "how dear force is: more is weaker where the device hardly follows",
+            {.doc = "weight of the force in the least squares. A larger weight gives a weaker vibration at frequencies "
+                    "that the device hardly follows",
              .default_value = 0.02,
              .min = 1e-6,
              .max = 10})
       .real("force_slew", &Params::force_slew,
-            {.doc = "largest change of the device's force, of which a vibration takes four fifths at most",
+            {.doc = "fastest change of the device's force; a vibration takes four fifths of it at most",
              .unit = "N/s",
              .default_value = 2000,
              .min = 0,
@@ -156,11 +161,12 @@ NodeInfo Impact::declare() {
       .real<double>("amplifier_bandwidth", &Params::amplifier_bandwidth,
                     of_device("bandwidth of the amplifiers; 0 for none", "Hz", 0, 0, 1e5))
       .real<double>("mode_frequency", &Params::mode_frequency,
-                    of_device("of the vibration of handle against motors; 0 for none", "Hz", 0, 0, 1e4))
-      .real<double>("mode_damping", &Params::mode_damping, of_device("ratio, of that vibration", "1", 0.05, 0, 10))
+                    of_device("frequency of the vibration of handle against motors; 0 for none", "Hz", 0, 0, 1e4))
+      .real<double>("mode_damping", &Params::mode_damping,
+                    of_device("damping ratio of that vibration", "1", 0.05, 0, 10))
       .real<double>("motor_share", &Params::motor_share,
                     of_device("share of the mass on the motor side", "1", 0.5, 0.01, 0.99))
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .metric("impact.events", "1", "vibrations that were begun", Better::neither)
       .metric("impact.limited_events", "1", "vibrations that were made smaller for `force_max` or `force_slew`",
               Better::lower)

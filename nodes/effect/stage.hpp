@@ -76,11 +76,11 @@ Declare<N>& declare_stage(Declare<N>& node) {
       .input("segment", &N::base, {.doc = "the force to add to", .trigger = Trigger::yes})
       .input("device", &N::device, {.doc = "the newest sample of the handle"})
       .input("contact", &N::contact,
-             {.doc = "whether the tool touches, and with which force; without it, that is judged by `segment`",
+             {.doc = "whether the tool touches, and with which force; without this input, `segment` decides",
               .required = false})
-      .output("segment", &N::segment, "the same with the effect; without one, as it came")
+      .output("segment", &N::segment, "the same force with the effect added; unchanged while there is no effect")
       .real("force_max", &N::Params::force_max,
-            {.doc = "of force and vibration together",
+            {.doc = "largest sum of force and vibration",
              .unit = "N",
              .default_value = 8,
              .min = 0,

@@ -34,20 +34,18 @@ NodeInfo Texture::declare() {
   Declare<Texture> d("effect.texture",
                      "Adds the vibration of sliding over a rough surface, by auto-regressive models.");
   d.details(
-      "While the tool touches, the direction of the surface's force is taken for its normal and its size for the "
-      "normal "
-      "force; the speed is that of the handle across it. That force is what `contact` tells. Without that input it is "
-      "the incoming force above `threshold`, with the weight and the inertia of a displayed tool in it. The file holds "
-      "auto-regressive models of the tool's acceleration over a grid of speeds and forces. White noise through the one "
-      "between the four neighbours makes the acceleration; times `mass` it is the force that is added. Interpolated "
-      "are reflection coefficients, so that "
-      "every "
-      "filter in between is stable, and the acceleration's deviation. The filter is a normalised lattice, which stays "
-      "bounded while its coefficients change. A tool that rests is quiet.\n"
-      "graphs/renderers/textures has two models of our own. docs/howto/renderers.md tells the form of the file.\n"
-      "After Romano and Kuchenbecker, Creating Realistic Virtual Textures from Contact Acceleration Data (2012), and "
-      "Culbertson, Unwin, Kuchenbecker, Modeling and Rendering Realistic Textures from Unconstrained Tool-Surface "
-      "Interactions (2014). They interpolate on a Delaunay triangulation.");
+      "While the tool touches, the node takes the direction of the surface's force as the surface normal, and its size "
+      "as the normal force. The speed is the handle's speed across the normal. The force comes from the input "
+      "`contact`. Without that input, the node takes the incoming force above `threshold`, which includes the weight "
+      "and the inertia of a displayed tool. The file holds auto-regressive models of the tool's acceleration over a "
+      "grid of speeds and forces. White noise, filtered by a model interpolated between the four neighbours, gives the "
+      "acceleration; times `mass` it is the force that is added. The node interpolates the acceleration's deviation "
+      "and the reflection coefficients, so every filter in between is stable. The filter is a normalised lattice, "
+      "which stays bounded while its coefficients change. A tool at rest makes no "
+      "vibration.\ngraphs/renderers/textures has two models of our own. docs/howto/renderers.md describes the format "
+      "of the file.\nAfter Romano and Kuchenbecker, Creating Realistic Virtual Textures from Contact Acceleration Data "
+      "(2012), and Culbertson, Unwin, Kuchenbecker, Modeling and Rendering Realistic Textures from Unconstrained "
+      "Tool-Surface Interactions (2014). They interpolate on a Delaunay triangulation.");
   declare_stage(d)
       .file("file", &Params::file, true, "the model, a YAML file")
       .choice("along", &Params::along,
@@ -55,21 +53,21 @@ NodeInfo Texture::declare() {
               std::optional(Along::normal),
               "normal: along the surface's force; motion: along the sliding; across: across both")
       .real("gain", &Params::gain,
-            {.doc = "factor of the model's acceleration", .default_value = 1, .min = 0, .max = 1000})
+            {.doc = "factor on the model's acceleration", .default_value = 1, .min = 0, .max = 1000})
       .real("mass", &Params::mass,
-            {.doc = "of the handle, which the acceleration is for",
+            {.doc = "mass of the handle, which gets the acceleration",
              .unit = "kg",
              .default_value = 0.1,
              .min = 0.001,
              .max = 100,
              .as_in = Role::device})
       .real("threshold", &Params::threshold,
-            {.doc = "smaller forces are no contact, without `contact`",
+            {.doc = "without the input `contact`: smaller forces do not count as contact",
              .unit = "N",
              .default_value = 0.05,
              .min = 0,
              .max = 10})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .metric("texture.sliding_ticks", "1", "ticks with contact and motion", Better::neither)
       .metric("texture.rms_N", "N", "RMS of what was added at those", Better::neither)
       .metric("texture.peak_N", "N", "largest that was added", Better::neither)

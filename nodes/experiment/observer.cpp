@@ -28,34 +28,41 @@ double level_at(const Psychometric& observer, double p) {
 NodeInfo Observer::declare() {
   return Declare<Observer>("experiment.observer", "Answers in the place of a person, by a psychometric function.")
       .details(
-          "To try an experiment before anybody comes: of two intervals it finds the comparison with the probability "
-          "1/2 + 1/2 (1 - lapse) F(level), F logistic or Weibull. Of a pair it prefers the condition i to j with the "
-          "probability w_i / (w_i + w_j), w its `worths`. It feels nothing: it is told the level.")
-      .input("question", &Observer::question, {.doc = "of the protocol"})
+          "Use it to try out an experiment before a person takes part. Of two intervals it finds the comparison with "
+          "the probability 1/2 + 1/2 (1 - lapse) F(level), where F is logistic or Weibull. Of a pair it prefers the "
+          "condition i to j with the probability w_i / (w_i + w_j), where w are its `worths`. It feels nothing: the "
+          "protocol tells it the level.")
+      .input("question", &Observer::question, {.doc = "the question of the protocol"})
       .output("answer", &Observer::answer, "the interval that it chooses")
       .choice("shape", &Params::shape,
               {{"weibull", PsychometricShape::weibull}, {"logistic", PsychometricShape::logistic}},
               std::optional(PsychometricShape::weibull),
               "F: 1 - exp(-(x / threshold)^slope), or 1 / (1 + exp(-(x - threshold) / spread))")
       .real("threshold", &Params::threshold,
-            {.doc = "in the unit of the level", .default_value = 1, .min = 0, .above_min = true})
+            {.doc = "threshold of F, in the unit of the level", .default_value = 1, .min = 0, .above_min = true})
       .real("spread", &Params::spread,
-            {.doc = "of the logistic, in the unit of the level", .default_value = 1, .min = 0, .above_min = true})
-      .real("slope", &Params::slope, {.doc = "of the Weibull", .default_value = 3, .min = 0, .above_min = true})
+            {.doc = "spread of the logistic function, in the unit of the level",
+             .default_value = 1,
+             .min = 0,
+             .above_min = true})
+      .real("slope", &Params::slope,
+            {.doc = "slope of the Weibull function", .default_value = 3, .min = 0, .above_min = true})
       .real("lapse", &Params::lapse,
-            {.doc = "share of answers given without regard to what was felt, half of which are wrong",
+            {.doc = "share of answers given regardless of what was felt; half of them are wrong",
              .default_value = 0,
              .min = 0,
              .max = 0.5})
       .reals("worths", &Params::worths, 0, std::vector<double>{},
-             {.doc = "of the conditions, in the order of the protocol; none: all alike", .min = 0, .above_min = true})
+             {.doc = "worths of the conditions, in the order of the protocol; empty: all equal",
+              .min = 0,
+              .above_min = true})
       .real("response_time", &Params::response_time,
             {.doc = "mean time to an answer, half of it fixed and half exponential",
              .unit = "s",
              .default_value = 0.4,
              .min = 0.02,
              .max = 60})
-      .rate("rate", &Params::rate, {.doc = "looks a second", .default_value = 100})
+      .rate("rate", &Params::rate, {.doc = "how often it looks for a question, per second", .default_value = 100})
       .role(Role::other)
       .info();
 }

@@ -66,10 +66,9 @@ Protocol::Protocol(const Params& params, const NodeContext& context)
   }
   const bool practice = participant_.number == 0;
   if (params.resume && (practice || params.folder.empty())) {
-    throw ValueError("resume", practice
-                                   ? "resume: a participant of number 0 is for practice and has no table"
-                                   : "resume: only `tactor run` and `tactor view` continue a table; a run that did "
-                                     "cannot be made again, because what the table held is not in the recording");
+    throw ValueError("resume", practice ? "resume: a participant of number 0 is for practice and has no table"
+                                        : "resume: only `tactor run` and `tactor view` continue a table; such a run "
+                                          "cannot be replayed, because the recording does not hold the earlier table");
   }
   if (practice && context.notes != nullptr) {
     context.notes->push_back("node " + context.name + ": participant " + participant_.text +
@@ -84,7 +83,7 @@ void Protocol::resume_table() {
     if (trial == nullptr || !is_same_trial(*trial, done)) {
       throw InputError("the table of " + participant_.text + " cannot be continued: trial " +
                        std::to_string(done.trial) +
-                       " is none that this graph would have made; give the graph as it was when the table was begun");
+                       " does not come from this graph; use the graph as it was when the table was begun");
     }
     schedule_.answer(done.response - 1);
     trials_ = done.trial;
@@ -366,7 +365,7 @@ void Protocol::report(Report& report) const {
   if (wanted.connected()) report.set("experiment.limited_trials", limited_trials_);
   if (limited_trials_ > 0) {
     report.remark(name_ + ": in " + std::to_string(limited_trials_) +
-                  " trials the device displayed less than was wanted, so that levels may have felt alike; see "
+                  " trials the device displayed less force than was wanted, so levels may have felt alike; see "
                   "limited_1 and limited_2 in the table");
   }
   if (params_.procedure != Procedure::staircase || params_.conditions.size() > 1) return;

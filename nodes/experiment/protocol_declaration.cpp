@@ -219,7 +219,7 @@ void declare_procedures(Declare<Protocol>& node) {
   node.choice("procedure", &P::procedure,
               {{"staircase", Procedure::staircase}, {"constant", Procedure::constant}, {"pairs", Procedure::pairs}},
               std::optional(Procedure::staircase),
-              "what comes next: by the answers, from a list of levels, or conditions in pairs")
+              "how the next trial is chosen: from the answers, from a list of levels, or from pairs of conditions")
       .real("start", &P::start, {.doc = "staircase: the first level", .default_value = 0})
       .reals("steps", &P::steps, 0, std::vector<double>{},
              {.doc = "staircase: the step up until the first reversal, the second, ...; the last one stays"})
@@ -229,26 +229,26 @@ void declare_procedures(Declare<Protocol>& node) {
           "down", &P::down,
           {.doc = "staircase: right answers in a row that make the level fall", .default_value = 2, .min = 1, .max = 8})
       .real("down_to_up", &P::down_to_up,
-            {.doc = "staircase: a step down as a part of a step up; of a factor, of its logarithm",
+            {.doc = "staircase: a step down as a share of a step up; if steps multiply, a share of its logarithm",
              .default_value = 1,
              .min = 0.05,
              .max = 20})
-      .real("least", &P::least, {.doc = "staircase: the level is never below", .default_value = 0})
+      .real("least", &P::least, {.doc = "staircase: smallest level", .default_value = 0})
       .real("most", &P::most, {.doc = "staircase: nor above", .default_value = 0})
-      .integer("reversals", &P::reversals,
-               {.doc = "staircase: it ends after so many", .default_value = 10, .min = 1, .max = 1000})
+      .integer(
+          "reversals", &P::reversals,
+          {.doc = "staircase: number of reversals after which it ends", .default_value = 10, .min = 1, .max = 1000})
       .integer("averaged", &P::averaged,
-               {.doc = "staircase: the threshold is the mean of the levels at the last so many reversals",
+               {.doc = "staircase: number of last reversals whose mean level is the threshold",
                 .default_value = 6,
                 .min = 1,
                 .max = 1000})
       .integer("most_trials", &P::most_trials,
-               {.doc = "staircase: it ends after so many trials at the latest; 0: no such end",
-                .default_value = 200,
-                .max = 100000})
+               {.doc = "staircase: most trials before it ends; 0: no limit", .default_value = 200, .max = 100000})
       .reals("levels", &P::levels, 0, std::vector<double>{}, {.doc = "constant: the levels, each above 0"})
       .integer("repeats", &P::repeats,
-               {.doc = "constant and pairs: times that each level or pair comes up; even: as often in either order",
+               {.doc = "constant and pairs: number of times that each level or pair is shown; an even number shows "
+                       "both orders equally often",
                 .default_value = 10,
                 .min = 1,
                 .max = 10000});
@@ -257,12 +257,14 @@ void declare_procedures(Declare<Protocol>& node) {
 void declare_study(Declare<Protocol>& node) {
   using P = Protocol::Params;
   node.text("participant", &P::participant, std::nullopt,
-            "a code, never a name: one capital letter and one to three digits, such as P07; number 0 is for practice: "
-            "nothing is written")
-      .text("folder", &P::folder, std::nullopt, "where tables are written, from the folder that the run is started in")
+            "a code, never a name: one capital letter and one to three digits, such as P07. Number 0 is for practice, "
+            "and nothing is written")
+      .text("folder", &P::folder, std::nullopt,
+            "folder of the tables, relative to the folder in which the run is started")
       .boolean("resume", &P::resume, false, "continue the participant's table instead of beginning one")
       .mapping("conditions", &P::conditions, false,
-               "code to settings: `A: select.use=first; coupling.k_0=800 N/m`; none: one condition, the graph as it is")
+               "the settings of each code: `A: select.use=first; coupling.k_0=800 N/m`; empty: one condition, the "
+               "graph as it is")
       .choice("order", &P::order,
               {{"balanced", ConditionOrder::balanced},
                {"random", ConditionOrder::random},
@@ -270,21 +272,22 @@ void declare_study(Declare<Protocol>& node) {
               std::optional(ConditionOrder::balanced), "the order of the conditions of a participant")
       .text("mute", &P::mute, std::nullopt,
             "the parameter that is 0 between intervals and 1 in them, such as gain.factor")
-      .text("level", &P::level, "", "the parameter that the level changes; it may be that of `mute`")
+      .text("level", &P::level, "", "the parameter that the level changes; it may be the parameter of `mute`")
       .text("unit", &P::unit, "", "the unit of the level and the standard, such as N/m")
       .real("standard", &P::standard,
-            {.doc = "its value in the standard interval; in the comparison it is that plus the level",
+            {.doc = "value of the parameter `level` in the standard interval. In the comparison it is this value plus "
+                    "the level",
              .default_value = 1})
       .real("interval", &P::interval,
-            {.doc = "how long an interval is felt", .unit = "s", .default_value = 3, .min = 0.05, .max = 600})
+            {.doc = "duration of an interval", .unit = "s", .default_value = 3, .min = 0.05, .max = 600})
       .real("change", &P::change,
-            {.doc = "how long the force has to fade, and how long a new condition has to settle, before each interval",
+            {.doc = "time before each interval for the force to fade, and for a new condition to settle",
              .unit = "s",
              .default_value = 0.5,
              .min = 0.15,
              .max = 60})
       .real("free_below", &P::free_below,
-            {.doc = "an interval begins where the force at `force` is not above",
+            {.doc = "an interval begins only while the force at `force` is not above this",
              .unit = "N",
              .default_value = 0.1,
              .min = 0,
@@ -298,9 +301,9 @@ void declare_study(Declare<Protocol>& node) {
       .choice(
           "answer", &P::answer,
           {{"none", Protocol::Answer::none}, {"first", Protocol::Answer::first}, {"second", Protocol::Answer::second}},
-          std::optional(Protocol::Answer::none), "set it while the run goes on: an answer, of a key or a page")
+          std::optional(Protocol::Answer::none), "the answer of a key or a page, set during the run")
       .integer("confirmed", &P::confirmed,
-               {.doc = "the run sets it, and nobody else: how many of the protocol's settings hold",
+               {.doc = "how many of the protocol's settings are in force; only the run itself sets it",
                 .default_value = 0,
                 .max = std::numeric_limits<int>::max()})
       .boolean("end_run", &P::end_run, true, "end the run when all trials are done");
@@ -309,20 +312,18 @@ void declare_study(Declare<Protocol>& node) {
 }  // namespace
 
 NodeInfo Protocol::declare() {
-  Declare<Protocol> node("experiment.protocol", "Leads a person through an experiment, and keeps the answers.");
+  Declare<Protocol> node("experiment.protocol", "Leads a person through an experiment and records the answers.");
   node.details(
-      "Each trial is two intervals and a question: which was more? In one of them, by chance, the parameter `level` is "
-      "the standard, in the other the standard plus the level. `staircase` follows the answers (Levitt 1971: 1 up, "
-      "`down` down; steps of `down_to_up` by Garcia-Perez 1998), once for each condition; `constant` takes fixed "
-      "levels "
-      "in random order, for a fit of the psychometric function; `pairs` compares the conditions with one another. A "
-      "condition is what its settings say, a method by `select.use` or the value of any tunable parameter of any node. "
-      "Before what is felt changes, `mute` takes the force away; it comes back when the change has settled and, where "
-      "`force` is fed, nothing is touched. An interval begins when the run has confirmed that all its settings hold; "
-      "where one cannot be made, or is not made within 5 s, the run ends. The participant's number chooses a row of a "
-      "Williams square for the order "
-      "of "
-      "the conditions; all other draws follow from the graph's seed and the participant's code.");
+      "Each trial has two intervals and a question: which was more? In one interval, chosen by chance, the parameter "
+      "`level` has the standard value; in the other it has the standard plus the level. `staircase` follows the "
+      "answers, once for each condition (Levitt 1971: 1 up, `down` down; steps of `down_to_up` by Garcia-Perez 1998). "
+      "`constant` takes fixed levels in random order, for a fit of the psychometric function. `pairs` compares the "
+      "conditions with one another. The settings of a condition choose a method by `select.use`, or set any tunable "
+      "parameter of any node. Before anything that is felt changes, `mute` takes the force away. The force comes back "
+      "when the change has settled and, if `force` is connected, nothing is touched. An interval begins when the run "
+      "has confirmed that all its settings are in force. If a setting cannot be made, or is not made within 5 s, the "
+      "run ends. The participant's number chooses a row of a Williams square for the order of the conditions. All "
+      "other random draws follow from the graph's seed and the participant's code.");
   node.input("device", &Protocol::device,
              {.doc = "for its buttons", .required = false, .queue = {QueuePolicy::drop_oldest, 64}})
       .input("force", &Protocol::force, {.doc = "the force of the scene, before it is muted", .required = false})
@@ -336,10 +337,10 @@ NodeInfo Protocol::declare() {
               .required = false,
               .queue = {QueuePolicy::drop_oldest, 64}})
       .input("answers", &Protocol::answers,
-             {.doc = "of a simulated observer", .required = false, .queue = {QueuePolicy::drop_oldest, 4}})
+             {.doc = "the answers of a simulated observer", .required = false, .queue = {QueuePolicy::drop_oldest, 4}})
       .output("requests", &Protocol::requests, "what is set")
       .output("screen", &Protocol::screen, "what a participant may see")
-      .output("question", &Protocol::question, "for a simulated observer")
+      .output("question", &Protocol::question, "the questions for a simulated observer")
       .output("row", &Protocol::row, "the rows of the table")
       .metric("experiment.trials", "1", "trials that were answered", Better::neither)
       .metric("experiment.limited_trials", "1",
@@ -354,7 +355,8 @@ NodeInfo Protocol::declare() {
       .missing_where("the staircase has fewer reversals than are averaged");
   declare_study(node);
   declare_procedures(node);
-  return node.rate("rate", &Params::rate, {.doc = "looks a second at inputs and time", .default_value = 200})
+  return node
+      .rate("rate", &Params::rate, {.doc = "how often it looks at inputs and time, per second", .default_value = 200})
       .tunable({"answer", "confirmed"})
       .in_replay("folder", std::string())
       .sets(settings_of)

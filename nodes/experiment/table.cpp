@@ -131,7 +131,7 @@ void TrialTable::check_owner(const std::vector<std::string>& fields, std::size_t
   if (fields[seed_column] != std::to_string(owner_.seed)) {
     throw ValueError("participant", place(number) + ": the table was begun with another seed: expected " +
                                         std::to_string(owner_.seed) + ", found " + fields[seed_column] +
-                                        "; give the seed and the code that it was begun with");
+                                        "; use the seed and the code that it was begun with");
   }
 }
 

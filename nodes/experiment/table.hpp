@@ -18,7 +18,7 @@ struct ParticipantCode {
   std::string text;
   std::uint64_t number = 0;  ///< 0: for practice, nothing is written
 };
-/// Throws ValueError("participant", ...) where the text is none.
+/// Throws ValueError("participant", ...) if the text is not a code.
 ParticipantCode participant_code(const std::string& text);
 
 /// Whose table it is.

@@ -9,7 +9,7 @@
 
 namespace tactor {
 
-/// Where a ball first meets a surface. In the frame of the body, or in W, as whoever fills it says.
+/// The first contact of a moving ball with a surface, in the frame of the body or in W, as the function says.
 struct BallHit {
   double share = 1;  ///< of the way, 0 to 1
   bool met = false;

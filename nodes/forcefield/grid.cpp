@@ -16,7 +16,7 @@ ForceGrid::Options checked(const GridForceField::Params& params, const NodeConte
   if (params.reach > ForceGrid::most_reach_cells * params.cell * (1 + 1e-9)) {
     throw ValueError("reach", std::string(grid_type) + ": reach (" + std::to_string(params.reach) +
                                   " m) is more than " + std::to_string(ForceGrid::most_reach_cells) + " cells of " +
-                                  std::to_string(params.cell) + " m; lower the one or raise the other");
+                                  std::to_string(params.cell) + " m; lower reach or raise cell");
   }
   return {.cell = params.cell, .reach = params.reach, .forgetting = params.forgetting, .nodes = params.nodes};
 }
@@ -25,20 +25,17 @@ ForceGrid::Options checked(const GridForceField::Params& params, const NodeConte
 
 NodeInfo GridForceField::declare() {
   Declare<GridForceField> d(grid_type,
-                            "Forces kept on a grid where they were felt, interpolated at the device's position.");
+                            "Stores forces on a grid where they were felt, and interpolates at the device's position.");
   d.details(
-      "Each physics force is stored at the position the device had at the force's stamp: F(p) = sum w_i F_i, trilinear "
-      "between grid nodes, and a sample draws its corners by F_i += forgetting min(1, w_i / sum w_j^2) (F - F_i). At "
-      "its own rate the "
-      "node displays F at the device's newest position. Nodes that were never stored are extrapolated from those "
-      "within "
-      "`reach`, weighted by 1 / distance^2; where there is none the newest physics force is held. The grid's storage "
-      "is "
-      "fixed: when a set of 8 nodes is full, the one stored longest ago is forgotten, and counted. A baseline for "
-      "translation-only tools in fixed scenes, where a place is visited again; what depends on speed or on the way "
-      "there (damping, friction) is displayed as it last was.\n"
-      "After Mazzella, Montgomery, Latombe, The Forcegrid: A Buffer Structure for Haptic Interaction with Virtual "
-      "Elastic Objects (2002); the update is this project's own, the extrapolation Shepard's (1968).");
+      "Each physics force is stored at the position that the device had at the force's stamp. The field is F(p) = sum "
+      "w_i F_i, trilinear between grid nodes. A sample corrects the corners of its cell by F_i += forgetting min(1, "
+      "w_i / sum w_j^2) (F - F_i). At its own rate the node displays F at the device's newest position. Nodes that "
+      "were never stored are extrapolated from stored ones within `reach`, weighted by 1 / distance^2. If there are "
+      "none, the newest physics force is held. The grid's storage is fixed: when a set of 8 nodes is full, the one "
+      "stored longest ago is forgotten and counted. It is a baseline for translation-only tools in fixed scenes in "
+      "which a place is visited again. Forces that depend on speed or path (damping, friction) are displayed as they "
+      "last were.\nAfter Mazzella, Montgomery, Latombe, The Forcegrid: A Buffer Structure for Haptic Interaction with "
+      "Virtual Elastic Objects (2002). The update is this project's own; the extrapolation is Shepard's (1968).");
   declare_device_track(d);
   d.realtime_safe()
       .input("force", &GridForceField::force,
@@ -47,29 +44,30 @@ NodeInfo GridForceField::declare() {
       .real("cell", &Params::cell,
             {.doc = "distance between grid nodes", .unit = "m", .default_value = 0.002, .min = 1e-6, .max = 0.1})
       .real("reach", &Params::reach,
-            {.doc = "how far from stored nodes others are extrapolated; three cells at most",
+            {.doc = "largest distance from a stored node at which others are extrapolated; three cells at most",
              .unit = "m",
              .default_value = 0.004,
              .min = 0,
              .max = 0.3})
       .real("forgetting", &Params::forgetting,
-            {.doc = "how much of what a node was is forgotten when a force is felt at it",
+            {.doc = "share of a node's old force that is forgotten when a new force is felt at it",
              .default_value = 1,
              .min = 0,
              .max = 1,
              .above_min = true})
-      .integer("nodes", &Params::nodes,
-               {.doc = "grid nodes that there is room for, of 40 bytes each; rounded up to 8 times a power of two",
-                .default_value = 65536,
-                .min = 8,
-                .max = std::int64_t{1} << 24})
+      .integer(
+          "nodes", &Params::nodes,
+          {.doc = "number of grid nodes that there is room for, at 40 bytes each; rounded up to 8 times a power of two",
+           .default_value = 65536,
+           .min = 8,
+           .max = std::int64_t{1} << 24})
       .real("force_max", &Params::force_max,
-            {.doc = "stored and displayed forces are shortened to the device's largest force",
+            {.doc = "the device's largest force; longer stored and displayed forces are shortened to it",
              .unit = "N",
              .default_value = 8,
              .min = 0,
              .above_min = true})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .role(Role::force_field)
       .metric("forcefield.nodes_stored", "1", "grid nodes that were stored", Better::neither)
       .metric("forcefield.nodes_evicted", "1", "grid nodes that had to make room for others", Better::lower)

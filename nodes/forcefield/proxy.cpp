@@ -35,19 +35,16 @@ NodeInfo ProxyForceField::declare() {
   Declare<ProxyForceField> d(proxy_type, "A spring to a proxy that the fixed bodies of the scene keep outside.");
   d.details(
        "The standard renderer of 3-DOF haptics (god-object, virtual proxy). The proxy follows the handle and stops at "
-       "surfaces: at each sample it goes to the place nearest to the handle that up to three planes allow, and on "
-       "while surfaces end and others begin. F = stiffness (p_proxy - p_handle), and a damper along the surfaces' "
-       "push. It cannot get through a thin wall, "
-       "however deep the handle is. Friction is Coulomb's, by the materials: the proxy stays while the handle is in "
-       "the "
-       "friction cone. Shading turns the normal force to the surface's interpolated normal, so that a mesh feels as "
-       "smooth as it looks; such a field is not conservative.\n"
-       "Connect `segment` to the device and the proxy runs at the device's rate. Or put it in physics' place: connect "
-       "`force` to prediction, and give it a cost or a thread. It goes through all samples since its last step. Bodies "
-       "that move, and torque, are beyond it.\n"
-       "After Ruspini, Kolarov, Khatib, The haptic display of complex graphical environments (1997), and, for the "
-       "shading, "
-       "Morgenbesser and Srinivasan, Force Shading for Shape Perception in Haptic Virtual Environments (1996).")
+       "surfaces. At each sample it goes to the place nearest to the handle that up to three planes allow, and "
+       "continues while surfaces end and others begin. F = stiffness (p_proxy - p_handle), plus a damper along the "
+       "surfaces' push. The proxy cannot get through a thin wall, however deep the handle is. Friction is Coulomb "
+       "friction from the materials: the proxy stays while the handle is in the friction cone. Shading turns the "
+       "normal force to the surface's interpolated normal, so that a mesh feels as smooth as it looks; such a field is "
+       "not conservative.\nConnect `segment` to the device, and the proxy runs at the device's rate. Or use it in "
+       "place of physics: connect `force` to prediction, and give it a cost or a thread. It goes through all samples "
+       "since its last step. It renders neither moving bodies nor torque.\nAfter Ruspini, Kolarov, Khatib, The haptic "
+       "display of complex graphical environments (1997), and, for the shading, Morgenbesser and Srinivasan, Force "
+       "Shading for Shape Perception in Haptic Virtual Environments (1996).")
       .realtime_safe()
       .input("device", &ProxyForceField::device,
              {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
@@ -55,20 +52,20 @@ NodeInfo ProxyForceField::declare() {
       .output("force", &ProxyForceField::force, "the same, for a predictor")
       .output("state", &ProxyForceField::state, "the proxy as the tool, and the force on it")
       .real("stiffness", &Params::stiffness,
-            {.doc = "of the spring between proxy and handle; that of the surfaces does not count",
+            {.doc = "stiffness of the spring between proxy and handle; the stiffness of the surfaces does not count",
              .unit = "N/m",
              .default_value = 500,
              .min = 0,
              .max = 1e6,
              .above_min = true})
       .real("damping", &Params::damping,
-            {.doc = "of the handle's velocity along the surfaces' push, while they push; it never pulls",
+            {.doc = "damping of the handle's velocity along the surfaces' push, while they push; it never pulls",
              .unit = "N s/m",
              .default_value = 0,
              .min = 0,
              .max = 1e4})
       .choice("probe", &Params::probe, {{"tool", Probe::tool}, {"point", Probe::point}}, std::optional(Probe::tool),
-              "tool: the proxy is the tool, which must be a sphere; point: it is the handle's point")
+              "tool: the proxy is the tool, which must be a sphere; point: the proxy is the handle's point")
       .boolean("friction", &Params::friction, true, "the friction of tool and bodies; false: none")
       .boolean("shading", &Params::shading, true, "interpolate the normals of meshes")
       .real("crease", &Params::crease,
@@ -77,25 +74,25 @@ NodeInfo ProxyForceField::declare() {
              .default_value = 0.6,
              .min = 0,
              .max = 3.141592653589793})
-      .integer("most_casts", &Params::most_casts,
-               {.doc = "ways that the proxy looks along at a sample; where more are needed it goes on at the next",
-                .default_value = 64,
-                .min = 4,
-                .max = 100'000})
       .integer(
-          "most_looks", &Params::most_looks,
-          {.doc = "faces, and boxes about them, that it looks at for these; where more are needed it goes on at the "
-                  "next sample",
-           .default_value = 20'000,
-           .min = 100,
-           .max = 100'000'000})
+          "most_casts", &Params::most_casts,
+          {.doc = "most paths that the proxy searches at a sample; if more are needed, it continues at the next sample",
+           .default_value = 64,
+           .min = 4,
+           .max = 100'000})
+      .integer("most_looks", &Params::most_looks,
+               {.doc = "most faces, and boxes about them, that these searches look at; if more are needed, it "
+                       "continues at the next sample sample",
+                .default_value = 20'000,
+                .min = 100,
+                .max = 100'000'000})
       .real("force_max", &Params::force_max,
-            {.doc = "longer forces are shortened to the device's largest force",
+            {.doc = "the device's largest force; longer forces are shortened to it",
              .unit = "N",
              .default_value = 8,
              .min = 0,
              .above_min = true})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .role(Role::force_field)
       .metric("proxy.contacts_most", "1", "planes that pushed at once, most", Better::neither)
       .metric("proxy.lost_samples", "1", "samples without a place outside of all bodies", Better::lower)

@@ -112,29 +112,25 @@ NodeInfo RbfForceField::declare() {
   Declare<RbfForceField> d(rbf_type,
                            "The static force of a fixed scene, fitted by radial basis functions before the run.");
   d.details(
-      "Before the run the node samples the force that the coupling's spring shows in balance with the scene's "
-      "contacts, "
-      "k_t (p_WD - p_WT) + sum k_i max(0, -phi_i) n_i = 0, F = -k_t (p_WD - p_WT), on a lattice about the fixed "
-      "bodies, "
-      "and fits F(p) = sum w_j phi(|p - c_j| / R) by (A + ridge I) w = F. phi is Wendland's C2 function of compact "
-      "support, so that a value costs about 4 (R / spacing)^3 terms however large the scene. At its own rate it "
-      "displays "
-      "F at the device's newest position and needs no physics. `forcefield.residual_rms_N` and `_max_N` tell how far "
-      "it "
-      "is from static forces at 2,000 points, in contact or near it, that it was not fitted to. There is no "
-      "friction and no damping in it; the kink where contact begins is rounded over a spacing, and a wall that is "
-      "thinner than what the handle goes in lets it out on the other side. A baseline for translation-only tools in "
-      "fixed scenes.\n"
-      "After Fousek, Golembiovsky, Filipovic, Peterlik, Haptic Rendering Based on RBF Approximation from Dynamically "
-      "Updated Data (2010); Wendland, Piecewise polynomial, positive definite and compactly supported radial functions "
-      "of minimal degree (1995).");
+      "Before the run, the node samples the force of the coupling's spring in balance with the scene's contacts, k_t "
+      "(p_WD - p_WT) + sum k_i max(0, -phi_i) n_i = 0, F = -k_t (p_WD - p_WT), on a lattice about the fixed bodies. It "
+      "fits F(p) = sum w_j phi(|p - c_j| / R) by (A + ridge I) w = F. phi is Wendland's C2 function of compact "
+      "support, so a value costs about 4 (R / spacing)^3 terms, however large the scene is. At its own rate the node "
+      "displays F at the device's newest position, and needs no physics. `forcefield.residual_rms_N` and `_max_N` tell "
+      "how far F is from static forces at 2,000 points that it was not fitted to, in contact or near it. The field has "
+      "no friction and no damping. The kink at the beginning of contact is rounded over a spacing. If the handle goes "
+      "in deeper than a wall is thick, it comes out on the other side. It is a baseline for translation-only tools in "
+      "fixed scenes.\nAfter Fousek, Golembiovsky, Filipovic, Peterlik, Haptic Rendering Based on RBF Approximation "
+      "from Dynamically Updated Data (2010); Wendland, Piecewise polynomial, positive definite and compactly supported "
+      "radial functions of minimal degree (1995).");
   d.realtime_safe()
       .input("device", &RbfForceField::device, {.doc = "the device's state at its own rate"})
       .input("coupling", &RbfForceField::coupling,
-             {.doc = "the coupling's spring, which must be the one it was made for"})
+             {.doc = "the coupling's spring, which must be the one that the field was made for"})
       .output("segment", &RbfForceField::segment, "the force at the device's position, held for a tick")
       .real("k_t", &Params::k_t,
-            {.doc = "stiffness of the coupling; another one of the coupling is an error that names it",
+            {.doc =
+                 "stiffness of the coupling; if the coupling has another one, the run ends with an error that names it",
              .unit = "N/m",
              .default_value = 500,
              .min = 0,
@@ -142,23 +138,23 @@ NodeInfo RbfForceField::declare() {
       .real("spacing", &Params::spacing,
             {.doc = "distance between lattice points", .unit = "m", .default_value = 0.002, .min = 1e-5, .max = 0.1})
       .real("support", &Params::support,
-            {.doc = "how far a basis function goes, in spacings", .default_value = 3, .min = 1, .max = 6})
+            {.doc = "radius of a basis function, in spacings", .default_value = 3, .min = 1, .max = 6})
       .real("ridge", &Params::ridge,
-            {.doc = "added to the diagonal, which is 1: smaller weights against an exact fit",
+            {.doc = "added to the diagonal, which is 1. More gives smaller weights and a less exact fit",
              .default_value = 0.01,
              .min = 0,
              .max = 1})
-      .reals(
-          "region", &Params::region, 0, std::vector<double>{},
-          {.doc = "low x, y, z and high x, y, z of the box, in the world; empty: where the tool can touch a fixed body",
-           .unit = "m"})
+      .reals("region", &Params::region, 0, std::vector<double>{},
+             {.doc = "low x, y, z and high x, y, z of the box in the world; empty: the region in which the tool can "
+                     "touch a fixed body",
+              .unit = "m"})
       .integer("most_points", &Params::most_points,
-               {.doc = "lattice points at most; each takes 4 bytes, one in use 24 more, and while it is fitted 50 "
-                       "times the cube of the support",
+               {.doc = "most lattice points. Each takes 4 bytes; one in use takes 24 more, and 50 times the cube of "
+                       "the support during the fit",
                 .default_value = 500'000,
                 .min = 8,
                 .max = 100'000'000})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .formerly("coupling", "law")
       .check(check)
       .role(Role::force_field)
@@ -242,7 +238,7 @@ void RbfForceField::step(StepContext& context) {
   if (!any_ || spring == nullptr) return;
   // Not a number where the coupling has none.
   if (!(std::abs(spring->value.k_t - k_t_) <= same_stiffness * k_t_)) {
-    throw InputError("the field was made for a coupling of " + std::to_string(k_t_) + " N/m and this one has " +
+    throw InputError("the field was made for a coupling with k_t = " + std::to_string(k_t_) + " N/m and this one has " +
                      std::to_string(spring->value.k_t) + " N/m; set its k_t to that");
   }
   const Vec3 force = at(newest_.value.X_WD.p, spring->value);

@@ -12,30 +12,29 @@ NodeInfo SpringForceField::declare() {
   using F = SpringForceField;
   return Declare<F>("forcefield.spring", "A spring and a damper at the device's sampled position: a virtual wall.")
       .details(
-          "F = -K (x - x_0) - B v along one axis, evaluated at each sample of the device and held until the next, with "
-          "v "
-          "the difference of the last two positions by the time between. Two-sided it always acts, and the loop is "
-          "linear: the case in which the theory of sampled virtual walls holds. One-sided it acts below `position` and "
-          "never pulls. It needs no scene, and no physics: it is what a wall bears when nothing but the device's tick "
-          "is "
-          "late.")
+          "F = -K (x - x_0) - B v along one axis, evaluated at each sample of the device and held until the next. v is "
+          "the difference of the last two positions over the time between. The two-sided spring always acts, and the "
+          "loop is linear: this is the case in which the theory of sampled virtual walls holds. The one-sided spring "
+          "acts below `position` and never pulls. It needs no scene and no physics. It shows what a wall can bear if "
+          "the device's tick is the only delay.")
       .realtime_safe()
       .input("device", &F::device, {.doc = "the device's state"})
       .output("force", &F::force, "the wall's force on the device")
       .output("segment", &F::segment, "the same, held")
       .real("stiffness", &Params::stiffness, {.doc = "K", .unit = "N/m", .default_value = 1000, .min = 0, .max = 1e7})
-      .real("damping", &Params::damping,
-            {.doc = "B; below zero it gives energy", .unit = "N s/m", .default_value = 0, .min = -1e4, .max = 1e4})
+      .real(
+          "damping", &Params::damping,
+          {.doc = "B; a negative value generates energy", .unit = "N s/m", .default_value = 0, .min = -1e4, .max = 1e4})
       .choice("sides", &Params::sides, {{"one", Sides::one}, {"two", Sides::two}}, std::optional(Sides::one),
-              "one: a wall below `position`; two: a spring that holds the handle at `position`")
+              "one: a wall below `position`; two: a spring that pulls the handle to `position` from both sides")
       .choice("velocity", &Params::velocity, {{"difference", Velocity::difference}, {"device", Velocity::device}},
               std::optional(Velocity::difference),
-              "difference: of the last two positions; device: what the device estimates")
+              "difference: from the last two positions; device: the device's own estimate")
       .choice("axis", &Params::axis, {{"x", AxisName::x}, {"y", AxisName::y}, {"z", AxisName::z}},
               std::optional(AxisName::z), "the axis of the world that the force acts along")
       .real("position", &Params::position,
-            {.doc = "x_0, where the spring is not bent", .unit = "m", .default_value = 0, .min = -10, .max = 10})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+            {.doc = "x_0, where the spring is slack", .unit = "m", .default_value = 0, .min = -10, .max = 10})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .role(Role::force_field)
       .metric("forcefield.rejected_samples", "1", "samples of the device that were not usable", Better::lower)
       .info();

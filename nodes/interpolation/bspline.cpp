@@ -27,28 +27,30 @@ NodeInfo BSpline::declare() {
   Declare<BSpline> node("interpolation.bspline", "A smooth curve by uniform cubic B-splines.");
   node.details(
           "Each forecast gives one segment, as long as the estimated physics period. The control points are F_{t-2}, "
-          "F_{t-1}, F_t, F_{t+1|t}, with the past ones actual or all as predicted (`control_points`). `join: paper` is "
-          "that "
-          "segment as printed: with predicted points neighbours join with C2 where forecasts arrive exactly one "
-          "estimated period apart, and jump where they do not; with actual ones they always jump by a sixth of the "
-          "prediction error. `join: hermite` starts from the displayed value and slope and reaches the value and slope "
-          "of that segment's end, so it is C1 and no later. `join: continuous` takes as the three past control points "
-          "those that the value, slope and curvature of the displayed curve define uniquely: C2 where forecasts come "
-          "early or the period changes, but later than the others where the period is uneven, and swinging to many "
-          "times what comes in where it jumps between 3 and 40 ms. If a forecast is late "
-          "(u >= 1) the end value is held, and the next segment starts from it at rest.\n"
-          "Source: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering.")
+          "F_{t-1}, F_t, F_{t+1|t}. The past ones are the actual forces, or all as predicted (`control_points`). "
+          "`join: paper` is that segment as printed. With predicted points, neighbouring segments join with C2 if "
+          "forecasts arrive exactly one estimated period apart, and jump otherwise. With actual points, they always "
+          "jump by a sixth of the prediction error. `join: hermite` starts from the displayed value and slope and "
+          "reaches the value and slope of the printed segment's end, so it is C1 and no later. `join: continuous` "
+          "takes the three past control points that follow uniquely from the value, slope and curvature of the "
+          "displayed curve. It is C2 if forecasts come early or the period changes. But it is later than the others if "
+          "the period is uneven, and overshoots to many times the input if the period jumps between 3 and 40 ms. If a "
+          "forecast is late (u >= 1), the end value is held, and the next segment starts from it at rest.\nSource: Hou "
+          "and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering.")
       .realtime_safe()
-      .input("forecast", &BSpline::forecast, {.doc = "the force and the predicted one", .trigger = Trigger::yes})
+      .input("forecast", &BSpline::forecast,
+             {.doc = "the physics force and the predicted force", .trigger = Trigger::yes})
       .output("segment", &BSpline::segment, "a B-spline segment over one estimated period")
       .choice("control_points", &Params::control_points,
               {{"mixed", ControlPoints::mixed}, {"predicted", ControlPoints::predicted}},
               std::optional(ControlPoints::mixed),
-              "the past control points: actual forces, or what was predicted for them; `join: continuous` reads none")
+              "the past control points: actual forces (mixed), or the forces predicted for them; `join: continuous` "
+              "ignores this")
       .choice("join", &Params::join,
               {{"paper", Join::paper}, {"hermite", Join::hermite}, {"continuous", Join::continuous}},
               std::optional(Join::hermite),
-              "the segment as printed in the paper, or one that goes on from the displayed curve with C1 or with C2");
+              "the segment as printed in the paper (paper), or one that continues the displayed curve with C1 "
+              "(hermite) or C2 (continuous)");
   return declare_period(node)
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")

@@ -10,18 +10,19 @@ NodeInfo CatmullRom::declare() {
       .details(
           "Each forecast gives one segment, one period T long, between the middle two of four points P_0 to P_3 that "
           "stand for forces one period apart: C(u) = (2 P_1 + (P_2 - P_0) u + (2 P_0 - 5 P_1 + 4 P_2 - P_3) u^2 + (3 "
-          "P_1 - P_0 - 3 P_2 + P_3) u^3) / 2. `start: predicted` takes F_t and the three steps predicted, and so shows "
-          "what is expected from now on where a result arrives one period after its stamp; `start: current` takes "
-          "F_{t-1}, F_t and two steps, and shows it a period late and more truly. Missing steps repeat the last one. "
-          "Where the forecasts are right neighbours join with C1; each join jumps by what the forecast before was "
-          "wrong "
-          "by, and by what an early one leaves out. A late end is held.\n"
-          "Source: Catmull and Rom, A class of local interpolating splines (1974).")
+          "P_1 - P_0 - 3 P_2 + P_3) u^3) / 2. `start: predicted` takes F_t and the three predicted steps. It shows the "
+          "force expected from now on if a result arrives one period after its stamp. `start: current` takes F_{t-1}, "
+          "F_t and two steps. It shows the force a period late and more accurately. Missing steps repeat the last one. "
+          "If the forecasts are right, neighbouring segments join with C1. Each join jumps by what the forecast before "
+          "was wrong by, and by what an early one leaves out. A late end is held.\nSource: Catmull and Rom, A class of "
+          "local interpolating splines (1974).")
       .realtime_safe()
-      .input("forecast", &CatmullRom::forecast, {.doc = "the force and the predicted ones", .trigger = Trigger::yes})
+      .input("forecast", &CatmullRom::forecast,
+             {.doc = "the physics force and the predicted forces", .trigger = Trigger::yes})
       .output("segment", &CatmullRom::segment, "a segment over one period")
       .choice("start", &Params::start, {{"current", Start::current}, {"predicted", Start::predicted}},
-              std::optional(Start::predicted), "the force that the segment starts at: F_t, or the first step predicted")
+              std::optional(Start::predicted),
+              "the force at which the segment starts: F_t (current), or the first predicted step (predicted)")
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
       .role(Role::interpolation)

@@ -17,36 +17,34 @@ constexpr std::size_t most_samples_a_tick = 4;
 
 NodeInfo Direct::declare() {
   Declare<Direct> node("interpolation.direct",
-                       "Steps the scene once per sample of the handle, where that fits a tick.");
+                       "Steps the scene once per sample of the handle, if that fits in a tick.");
   node.details(
-          "For scenes whose physics step with its contact query fits a tick of the device (`tactor check --explain` "
-          "measures that). All moving bodies are stepped at each sample of the handle by dynamics' own step, against "
-          "contacts that are found where the bodies are. Displayed is the coupling's wrench and its rate, so that the "
-          "tick until the device shows it is not late. It starts from the first result of `bodies`, goes through the "
-          "samples of the handle since then, and needs no later result.\n"
-          "Where a step does not fit, the segment of `otherwise` is displayed: where the contact query needs more than "
-          "`most_work`, where the step does not converge, or where its force is not finite. The next result of "
-          "`bodies` is the next try. When the displayed force changes over it stays, and the difference decays as "
-          "tau^2 e'' + 2 tau e' + e = 0.\n"
-          "After a fall-back the device's gate waits until physics has passed the last sample stepped to: give "
-          "`stale_after` two intervals of physics at least.\n"
-          "The node does not correct the bodies of the asynchronous pipeline. Where several bodies move, the two may "
-          "drift apart.")
+          "Use it for scenes whose physics step with its contact query fits in a tick of the device (`tactor check "
+          "--explain` measures that). At each sample of the handle, the step of the dynamics moves all moving bodies, "
+          "against contacts found at their present poses. The node displays the coupling's wrench and its rate, so the "
+          "tick until the device shows it adds no delay. It starts from the first result of `bodies`, goes through the "
+          "samples of the handle since then, and needs no later result.\nIf a step does not fit, the segment of "
+          "`otherwise` is displayed. This happens if the contact query needs more than `most_work`, if the step does "
+          "not converge, or if its force is not finite. The next result of `bodies` is the next try. When the node "
+          "changes over, the displayed force stays as it is, and the difference decays as tau^2 e'' + 2 tau e' + e = "
+          "0.\nAfter a fall-back, the device's gate waits until physics has passed the last sample that was stepped "
+          "to. Set `stale_after` to at least two intervals of physics.\nThe node does not correct the bodies of the "
+          "asynchronous pipeline. Where several bodies move, the two may drift apart.")
       .realtime_safe()
       .input("device", &Direct::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
       .input("coupling", &Direct::coupling, {.doc = "the spring and damper between handle and tool"})
       .input("bodies", &Direct::bodies, {.doc = "the moving bodies of a physics result, to start from"})
-      .input("otherwise", &Direct::otherwise, {.doc = "what to display where a step does not fit"})
+      .input("otherwise", &Direct::otherwise, {.doc = "what to display if a step does not fit"})
       .output("segment", &Direct::segment, "the force over one tick, stamped as the newest sample that was stepped to")
       .real("blend_time", &Params::blend_time,
-            {.doc = "tau, of each of the two equal poles a change decays with",
+            {.doc = "tau, the time constant of each of the two equal poles with which a change decays",
              .unit = "s",
              .default_value = 0.002,
              .min = 0,
              .max = 1,
              .above_min = true})
       .unneeded(nothing_moves)
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"});
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"});
   declare_rollout(node);
   declare_query(node, 2000, "the step does not fit");
   return node.role(Role::interpolation)

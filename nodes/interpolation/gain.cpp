@@ -8,21 +8,21 @@
 namespace tactor {
 
 NodeInfo Gain::declare() {
-  return Declare<Gain>("interpolation.gain", "Displays a force times a factor, which may change while the run goes on.")
+  return Declare<Gain>("interpolation.gain", "Displays a force times a factor, which may change during the run.")
       .details(
-          "For experiments: a factor of 0 mutes the force between two intervals, and a factor of 1.1 makes everything "
-          "that is felt a tenth stiffer, more viscous and rougher at once. Set `factor` while a session runs: it is "
-          "reached along 3 s^2 - 2 s^3 within `ramp`. A factor above 1 also multiplies the stiffness that the loop "
-          "through the hand has to bear, so that what is stable at 1 need not be so above.")
+          "Use it in experiments. A factor of 0 mutes the force between two intervals. A factor of 1.1 makes "
+          "everything that is felt stiffer, more viscous and rougher by a tenth. Set `factor` while a session runs: it "
+          "is reached along 3 s^2 - 2 s^3 within `ramp`. A factor above 1 also multiplies the stiffness in the loop "
+          "through the hand, so a loop that is stable at 1 may be unstable above.")
       .realtime_safe()
-      .input("force", &Gain::force, {.doc = "what is scaled", .trigger = Trigger::yes})
+      .input("force", &Gain::force, {.doc = "the force to scale", .trigger = Trigger::yes})
       .output("segment", &Gain::segment, "the force times the factor")
       .real("factor", &Params::factor,
             {.doc = "what the force is multiplied by", .default_value = 1, .min = 0, .max = 10})
       .real("ramp", &Params::ramp,
             {.doc = "time in which a new factor is reached", .unit = "s", .default_value = 0.1, .min = 0.01, .max = 10})
       .tunable({"factor"})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second, while the factor changes"})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second while the factor changes"})
       .role(Role::interpolation)
       .info();
 }

@@ -13,13 +13,13 @@ constexpr double most_growth = 1.5;
 
 constexpr const char* in_common =
     " of the forecast's curve one period after now. The curve goes through F_t at its stamp and the predicted steps at "
-    "stamp + i T; `shape` says how. With two steps and more the segment is on time, with one it ends where a result "
-    "that has been under way for a period is held. Where the next forecast comes early its segment goes on from the "
-    "displayed curve, where it is late the end is held and the next segment starts from it at rest. The slope jumps "
-    "there, and where the period grows by more than half, say from T0 to T: a slope that was small over T0 would swing "
-    "far out over T, so it comes in as 1.5 T0 / T of itself, and the curvature as the square of that. What is shown of "
-    "forecasts that jump from bound to bound at any period stays within 2.5 times the bound (measured; no closed "
-    "form).";
+    "stamp + i T; `shape` says how. With two or more steps the segment is on time. With one step, it ends at the value "
+    "held for a result that has been under way for a period. If the next forecast comes early, its segment continues "
+    "from the displayed curve. If it is late, the end is held and the next segment starts from it at rest. The slope "
+    "jumps there. It also jumps if the period grows by more than half, say from T0 to T: a slope that was small over "
+    "T0 would overshoot far over T, so it is scaled by 1.5 T0 / T, and the curvature by the square of that. For "
+    "forecasts that jump from bound to bound at any period, the displayed force stays within 2.5 times the bound "
+    "(measured; no closed form).";
 
 /// `from` as a segment of `length` can take it, where the segment that is displayed has `before`.
 ForceState entered(ForceState from, Duration before, Duration length) {
@@ -35,11 +35,11 @@ NodeInfo declare_hermite(const char* type, const char* summary, const std::strin
       .details("One segment for each forecast: " + ends + in_common)
       .realtime_safe()
       .input("forecast", static_cast<Input<Forecast> N::*>(&N::forecast),
-             {.doc = "the force and the predicted ones", .trigger = Trigger::yes})
+             {.doc = "the physics force and the predicted forces", .trigger = Trigger::yes})
       .output("segment", static_cast<Output<ForceSegment> N::*>(&N::segment), "a segment over one period")
       .choice("shape", &N::Params::shape, {{"linear", CurveShape::linear}, {"cubic", CurveShape::cubic}},
               std::optional(CurveShape::cubic),
-              "between the steps of the forecast: straight lines, or the cubic through the nearest four")
+              "the curve between the steps of the forecast: straight lines, or the cubic through the nearest four")
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
       .role(Role::interpolation)

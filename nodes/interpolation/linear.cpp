@@ -9,11 +9,12 @@ NodeInfo LinearInterpolation::declare() {
   Declare<LinearInterpolation> node("interpolation.linear",
                                     "A straight line from the displayed to the predicted force.");
   node.details(
-          "The line starts at the value displayed when the forecast arrives and reaches the predicted one after the "
-          "estimated physics period. If the next forecast is late the value reached is held; if it is early the next "
-          "line starts from where this one is.")
+          "The line starts at the value displayed when the forecast arrives. It reaches the predicted value after the "
+          "estimated physics period. If the next forecast is late, the value reached is held. If it is early, the next "
+          "line starts from the value displayed then.")
       .realtime_safe()
-      .input("forecast", &LinearInterpolation::forecast, {.doc = "the force to go to", .trigger = Trigger::yes})
+      .input("forecast", &LinearInterpolation::forecast,
+             {.doc = "the predicted force to reach", .trigger = Trigger::yes})
       .output("segment", &LinearInterpolation::segment, "a line over one estimated period");
   return declare_period(node).cheaper("interpolation.none").role(Role::interpolation).info();
 }

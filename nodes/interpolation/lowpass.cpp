@@ -7,21 +7,21 @@ namespace tactor {
 NodeInfo LowPass::declare() {
   return Declare<LowPass>("interpolation.lowpass", "Smooths the held force by a critically damped low-pass.")
       .details(
-          "tau^2 F'' + 2 tau F' + F = F_t for force and torque, solved exactly from tick to tick. The baseline for "
-          "every smooth method: what it gains in smoothness it pays with a delay of 2 tau. Each tick sends the cubic "
-          "that has the filter's values and slopes at both ends. The predicted force is not looked at.")
+          "tau^2 F'' + 2 tau F' + F = F_t for force and torque, solved exactly from tick to tick. It is the baseline "
+          "for every smooth method: it buys its smoothness with a delay of 2 tau. Each tick sends the cubic that has "
+          "the filter's values and slopes at both ends. The node ignores the predicted force.")
       .realtime_safe()
       .input("forecast", &LowPass::forecast, {.doc = "the force to follow"})
       .output("segment", &LowPass::segment, "the filter's curve over one tick")
       .real("time_constant", &Params::time_constant,
-            {.doc = "tau, of each of the two equal poles",
+            {.doc = "tau, the time constant of each of the two equal poles",
              .unit = "s",
              .default_value = 0.004,
              .min = 0,
              .max = 1,
              .above_min = true})
       .tunable({"time_constant"})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
       .role(Role::interpolation)

@@ -6,7 +6,7 @@ namespace tactor {
 
 NodeInfo NoInterpolation::declare() {
   return Declare<NoInterpolation>("interpolation.none", "Displays each force in a step and holds it.")
-      .details("F(t) = F_t from the time the forecast arrives. The predicted force is not looked at.")
+      .details("F(t) = F_t from the time the forecast arrives. The node ignores the predicted force.")
       .realtime_safe()
       .input("forecast", &NoInterpolation::forecast, {.doc = "the force to display", .trigger = Trigger::yes})
       .output("segment", &NoInterpolation::segment, "a constant")

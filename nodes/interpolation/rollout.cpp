@@ -24,7 +24,7 @@ constexpr double estimate_noise = 0.01;
 void declare_metrics(Declare<Rollout>& node) {
   const auto looks_for_none = [](const Rollout::Params& p, const MetricUse&) {
     const bool looks = p.contacts == SurfaceOptions::From::surface;
-    return std::string(looks ? "" : "contacts is anchors: nothing is looked for");
+    return std::string(looks ? "" : "contacts is anchors: no contacts are searched");
   };
   node.metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither)
       .metric("rollout.jacobian_ticks", "1", "ticks that fell back to the Jacobian", Better::lower)
@@ -47,7 +47,7 @@ void declare_metrics(Declare<Rollout>& node) {
       })
       .metric("rollout.anchored_steps", "1", "steps on the contacts that came with the result", Better::lower)
       .left_out_when([](const Rollout::Params& p, const MetricUse&) {
-        return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors: all are");
+        return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors: all steps are");
       })
       .metric("rollout.work_mean", "1", "work of the contact query of a step, mean", Better::lower)
       .left_out_when(looks_for_none)
@@ -59,56 +59,54 @@ void declare_metrics(Declare<Rollout>& node) {
 }  // namespace
 
 NodeInfo Rollout::declare() {
-  Declare<Rollout> node("interpolation.rollout", "Goes on with a local model through each sample of the handle.");
+  Declare<Rollout> node("interpolation.rollout", "Continues a local model through each sample of the handle.");
   node.details(
-          "The display side of prediction.local: dynamics' own step once a tick, on the contacts of the newest model. "
-          "Displayed is the coupling's wrench and its rate, so that the tick until the device shows it is not late. "
-          "When a model arrives the displayed force stays, and the difference decays as tau^2 e'' + 2 tau e' + e = 0, "
-          "from a rate between 0 and -e / tau, so that it neither grows nor swings to the other side. "
-          "A result is trusted until it is older than `trust_time` and than three intervals between results; on "
-          "anchors "
-          "the tool must also be within `trust_distance` of them, and where something deforms, of where the result has "
-          "it. Where a step fails and the result is trusted, the "
-          "force goes on by the Jacobian of the balance of springs. Otherwise the forecast of `forecast` is displayed "
-          "if "
-          "the tool touched something, or else a force is held. Each is counted in the report. The segments tell the "
-          "device for how long a result is trusted; its gate fades the force out when that has passed, or its own "
+          "It is the display side of prediction.local: the step of the dynamics once per tick, on the contacts of the "
+          "newest model. The node displays the coupling's wrench and its rate, so the tick until the device shows it "
+          "adds no delay. When a model arrives, the displayed force stays as it is. The difference decays as tau^2 e'' "
+          "+ 2 tau e' + e = 0, from a rate between 0 and -e / tau, so it neither grows nor overshoots. A result is "
+          "trusted until it is older than `trust_time` and than three intervals between results. On anchors, the tool "
+          "must also be within `trust_distance` of them. If something deforms, the tool must be within that distance "
+          "of its place in the result. If a step fails and the result is trusted, the force continues by the Jacobian "
+          "of the balance of springs. Otherwise, the node displays the forecast of `forecast` if the tool touched "
+          "something, or else holds a force. The report counts each of these cases. The segments tell the device for "
+          "how long a result is trusted. Its gate fades the force out when that time has passed, or its own "
           "`stale_after`.")
       .realtime_safe()
-      .input("model", &Rollout::model, {.doc = "what to go on from"})
+      .input("model", &Rollout::model, {.doc = "the local model to continue from"})
       .input("device", &Rollout::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
-      .input("forecast", &Rollout::forecast, {.doc = "what to fall back to", .required = false})
+      .input("forecast", &Rollout::forecast, {.doc = "the forecast to fall back to", .required = false})
       .output("segment", &Rollout::segment, "the force over one tick, stamped as the physics result behind it")
       .real("blend_time", &Params::blend_time,
-            {.doc = "tau, of each of the two equal poles a correction decays with",
+            {.doc = "tau, the time constant of each of the two equal poles with which a correction decays",
              .unit = "s",
              .default_value = 0.002,
              .min = 0,
              .max = 1,
              .above_min = true})
       .real("trust_time", &Params::trust_time,
-            {.doc = "age of a physics result beyond which its model is no longer used; three of the longest of the "
-                    "last 16 intervals between results where that is more",
+            {.doc = "age of a physics result beyond which its model is no longer used. Three times the longest of the "
+                    "last 16 intervals between results counts instead if that is more",
              .unit = "s",
              .default_value = 0.25,
              .min = 0,
              .max = 10})
       .real("trust_time_max", &Params::trust_time_max,
-            {.doc = "the most that slow results may make of trust_time; longer intervals do not count",
+            {.doc = "upper limit of trust_time when results are slow; longer intervals do not count",
              .unit = "s",
              .default_value = 1,
              .min = 0,
              .max = 10})
       .real("trust_distance", &Params::trust_distance,
-            {.doc = "how far the tool may be from the anchors where it is on them, from the result's where something "
-                    "deforms, "
-                    "the handle from where a step failed, and the tool from where physics has it before it goes there",
+            {.doc = "largest distance at which a model is trusted: of the tool from the anchors if it is on them, and "
+                    "from its place in the result if something deforms; of the handle from where a step failed. A tool "
+                    "that is farther than this from where physics has it goes there",
              .unit = "m",
              .default_value = 0.02,
              .min = 0,
              .max = 10})
       .unneeded(nothing_moves)
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"});
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"});
   declare_rollout(node);
   declare_surface(node, 2000);
   declare_patch_contacts(node);
@@ -116,31 +114,31 @@ NodeInfo Rollout::declare() {
           "restart", &Params::restart,
           {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
           Params::Restart::on_disagreement,
-          "always: the tool goes back to where each result has it; on_disagreement: it stays where the rollout has "
-          "it as "
-          "long as contacts are found on the surface, nothing else moves, and physics does not keep disagreeing")
+          "always: each result puts the tool back to where physics has it; on_disagreement: the tool stays where the "
+          "rollout has it as long as contacts are found on the surface, nothing else moves, and physics does not keep "
+          "disagreeing")
       .real("disagreement", &Params::disagreement,
-            {.doc = "distance between physics' tool and the rollout's beyond which they disagree",
+            {.doc = "physics and the rollout disagree if their tools are farther apart than this",
              .unit = "m",
              .default_value = 5e-4,
              .min = 0,
              .max = 1})
       .real("patience", &Params::patience,
-            {.doc = "for how long they may, in one direction, before the tool goes to where physics has it",
+            {.doc = "how long they may disagree in one direction before the tool goes to where physics has it",
              .unit = "s",
              .default_value = 1,
              .min = 0,
              .max = 10});
   node.real("estimate_time", &Params::estimate_time,
-            {.doc = "in which a difference between physics and the displayed force fades to 1/e, for the estimate of "
-                    "errors",
+            {.doc = "time in which a difference between physics and the displayed force fades to 1/e in the estimate "
+                    "of errors",
              .unit = "s",
              .default_value = 1,
              .min = 0.01,
              .max = 100})
       .real("worse", &Params::worse,
-            {.doc = "ratio of the rollout's estimated error to that of a hold, or of `forecast`, beyond which that is "
-                    "displayed",
+            {.doc = "the hold or the `forecast` is displayed if the rollout's estimated error is more than this many "
+                    "times theirs",
              .default_value = 1.2,
              .min = 1,
              .max = 1e6});

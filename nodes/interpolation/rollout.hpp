@@ -1,4 +1,4 @@
-// interpolation.rollout: goes on with a local model tick by tick.
+// interpolation.rollout: continues a local model tick by tick.
 #pragma once
 
 #include <array>
@@ -20,16 +20,16 @@ namespace tactor {
 /// that the tick that passes until the device displays it is not shown late. Where a model arrives the displayed
 /// force stays as it is, and the difference decays with two equal poles.
 ///
-/// What is displayed where the rollout can not be trusted, in this order, each counted:
-///   1. the Jacobian: where a step failed and the result is trusted, the last force and how it changes with the
-///   handle's
-///      place, up to `trust_distance` away, as long as it does not pull;
-///   2. the forecast of `forecast` for now, where the tool last touched something;
+/// The force displayed if the rollout cannot be trusted, in this order, each counted:
+///   1. the Jacobian, if a step failed and the result is trusted: the last force and its change with the handle's
+///      place,
+///      up to `trust_distance` away, as long as it does not pull;
+///   2. the forecast of `forecast` for now, if the tool last touched something;
 ///   3. the force of the newest model or of the last trusted tick, whichever is newer, held.
-/// Trusted is a model whose result is younger than `trust_time`, or than three of the longest recent intervals between
-/// results, up to `trust_time_max`; on anchors its tool is also within `trust_distance` of them. Segments state that
-/// time, so that the device's gate fades the force out when it has passed. All changes are blended like corrections,
-/// which makes the last a hold with a low-pass.
+/// A model is trusted if its result is younger than `trust_time`, or than three times the longest recent interval
+/// between results, up to `trust_time_max`. On anchors, its tool must also be within `trust_distance` of them. Segments
+/// state that time, so the device's gate fades the force out when it has passed. All changes are blended like
+/// corrections, so the last one is a hold with a low-pass.
 ///
 /// A rollout that is trusted is still compared with physics: each result tells how far the rollout, the forecast and a
 /// hold were from it at its stamp (see ErrorEstimate). Where another has been nearer because physics has another law of

@@ -26,11 +26,11 @@ NodeInfo Select::declare() {
   };
   return Declare<Select>("interpolation.select", "Displays one of several curves, and changes over without a jump.")
       .details(
-          "For methods side by side in one graph: each has its own predictor and interpolator, and `use` names the "
-          "one that is displayed. Set `use` while a session runs: the difference between what was displayed and the "
-          "new curve stays as it is at that instant and decays from there, tau^2 e'' + 2 tau e' + e = 0 with tau the "
-          "`blend_time`. So force and slope are continuous. After 20 tau the new curve goes through unchanged. An "
-          "input that has had no segment yet comes into use with its first one.")
+          "Use it to compare methods side by side in one graph. Each method has its own predictor and interpolator, "
+          "and `use` names the one that is displayed. Set `use` while a session runs. The displayed force then stays "
+          "as it is, and its difference from the new curve decays by tau^2 e'' + 2 tau e' + e = 0, where tau is the "
+          "`blend_time`. So force and slope are continuous. After 20 tau the new curve passes unchanged. An input that "
+          "has had no segment yet comes into use with its first one.")
       .realtime_safe()
       .input("first", &Select::first, optional("the curve of `use: first`"))
       .input("second", &Select::second, optional("the curve of `use: second`"))
@@ -41,14 +41,14 @@ NodeInfo Select::declare() {
               {{"first", Use::first}, {"second", Use::second}, {"third", Use::third}, {"fourth", Use::fourth}},
               std::optional(Use::first), "the input whose curve is displayed")
       .real("blend_time", &Params::blend_time,
-            {.doc = "tau, of each of the two equal poles of the decay after a change",
+            {.doc = "tau, the time constant of each of the two equal poles of the decay after a change",
              .unit = "s",
              .default_value = 0.02,
              .min = 0,
              .max = 1,
              .above_min = true})
       .tunable({"use", "blend_time"})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second, while it changes over"})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second while it changes over"})
       .role(Role::interpolation)
       .info();
 }

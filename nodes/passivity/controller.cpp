@@ -8,15 +8,16 @@ namespace tactor {
 
 NodeInfo PassivityController::declare() {
   Declare<PassivityController> node("passivity.controller",
-                                    "Damps the handle where its port would give more energy than the hand has given.");
+                                    "Damps the handle when its port would give more energy than the hand has given.");
   node.details(
-      "Stands between an interpolation and the device. An observer counts the energy that the hand has given through "
-      "the handle. At each tick the controller foretells, at the velocity that the device shows, how much of it is "
-      "left at the next tick and how much the wrench wanted then would give. Where that is more, a damper in the "
-      "direction of the motion takes off the difference: F - a d, with d the way of a tick. It takes the wrench's part "
-      "along the motion down to zero at most, and in debt goes beyond, to pay back, by the damping that a handle of "
-      "`mass` and `inertia` bears. In debt only a force against the motion is commanded. Where there is no energy for "
-      "the way of the wrench down to zero at the gate's slew limits, all of it is scaled down.");
+      "Place it between an interpolation and the device. An observer counts the energy that the hand has given through "
+      "the handle. At each tick the controller predicts, from the velocity that the device shows, how much of that "
+      "energy is left at the next tick and how much the wanted wrench would give then. If the wrench would give more, "
+      "a damper along the motion takes off the difference: F - a d, with d the displacement of a tick. The damper "
+      "reduces the wrench's part along the motion to zero at most. In debt it goes further to pay the debt back, as "
+      "far as a handle of `mass` and `inertia` bears the damping. In debt, only a force against the motion is "
+      "commanded. If there is no energy to bring the wrench down to zero at the gate's slew limits, the whole wrench "
+      "is scaled down.");
   declare_stage(node);
   return node
       .real("mass", &Params::mass,
@@ -35,13 +36,12 @@ NodeInfo PassivityController::declare() {
              .max = 10,
              .above_min = true,
              .as_in = Role::device})
-      .real(
-          "damping_share", &Params::damping_share,
-          {.doc = "damping that pays back a debt, as a share of mass / tick: a damper that acts a tick late is stable "
-                  "below 1",
-           .default_value = 0.3,
-           .min = 0,
-           .max = 0.6})
+      .real("damping_share", &Params::damping_share,
+            {.doc = "damping that pays back a debt, as a share of mass / tick. A damper that acts a tick late is "
+                    "stable below 1",
+             .default_value = 0.3,
+             .min = 0,
+             .max = 0.6})
       .unread_when({"encoder_step", "encoder_step_angle"},
                    [](const Params& p, const ParamUse&) { return std::string(p.rounding > 0 ? "" : "rounding is 0"); })
       .info();

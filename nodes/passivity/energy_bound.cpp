@@ -9,29 +9,29 @@ NodeInfo EnergyBound::declare() {
   Declare<EnergyBound> node("passivity.energy_bound",
                             "Scales the force down so that a tick cannot give more energy than the hand has given.");
   node.details(
-      "Stands between an interpolation and the device. An observer counts the energy E that the hand has given through "
-      "the handle. The wrench W wanted at the next tick is scaled by s, the largest 0 <= s <= 1 with "
-      "s (W . d + |W| r) + the way down to zero at the gate's slew limits <= E - (F . d + |F| q): d is the way of the "
-      "last tick, F what is commanded now, q and r the most by which the ways of this tick and the next differ from d "
-      "where the handle is accelerated by no more than `acceleration`, and an encoder step. Where the "
-      "device's state comes late, wrenches on their way to the device are taken off like F. So what is commanded stays "
-      "within what is there, whatever a hand within that acceleration does, and nothing is added to it.");
+      "Place it between an interpolation and the device. An observer counts the energy E that the hand has given "
+      "through the handle. The wrench W wanted at the next tick is scaled by s, the largest 0 <= s <= 1 with s (W . d "
+      "+ |W| r) + the energy of the way down to zero at the gate's slew limits <= E - (F . d + |F| q). Here d is the "
+      "displacement of the last tick, and F the wrench commanded now. q and r bound how far the displacements of this "
+      "tick and the next differ from d if the handle accelerates by at most `acceleration`; they include an encoder "
+      "step. If the device's state comes late, wrenches on their way to the device are subtracted like F. So the "
+      "commanded energy stays within what is there, whatever a hand within that acceleration does. The wrench is only "
+      "scaled; nothing is added to it.");
   declare_stage(node);
   return node
       .real("device_damping", &Params::device_damping,
-            {.doc = "viscous friction of the device that is counted on: so much more may be given as it takes. 0: the "
-                    "motors alone give no net energy",
+            {.doc = "viscous friction of the device that the bound relies on: the energy that it takes may be given in "
+                    "addition. 0: the motors alone give no net energy",
              .unit = "N s/m",
              .default_value = 0,
              .min = 0,
              .max = 1000})
-      .real(
-          "bound_share", &Params::bound_share,
-          {.doc = "share of the strict bound, max |F| D + max |F . dx| over the ticks so far, that may be given before "
-                  "the hand has given it: what a rounding and a tick can bring in any case",
-           .default_value = 0.5,
-           .min = 0,
-           .max = 1})
+      .real("bound_share", &Params::bound_share,
+            {.doc = "share of the strict bound, max |F| D + max |F . dx| over the ticks so far, that may be given "
+                    "before the hand has given it. The bound is what a rounding and a tick can bring in any case",
+             .default_value = 0.5,
+             .min = 0,
+             .max = 1})
       .info();
 }
 

@@ -129,11 +129,12 @@ void declare_stage(Declare<N>& node) {
   const Queue every{QueuePolicy::drop_oldest, 64};
   node.realtime_safe()
       .template input<ForceSegment>("segment", &N::segment,
-                                    {.doc = "the force that an interpolation wants", .trigger = Trigger::yes})
+                                    {.doc = "the force that the interpolation wants", .trigger = Trigger::yes})
       .template input<DeviceState>("device", &N::device, {.doc = "every sample of the handle", .queue = every})
-      .template input<Wrench>("commanded", &N::commanded,
-                              {.doc = "what the device commands: the energy is that of this wrench", .queue = every})
-      .template output<ForceSegment>("segment", &N::limited, "the same force, or what keeps the port passive")
+      .template input<Wrench>(
+          "commanded", &N::commanded,
+          {.doc = "the wrench that the device commands; the energy is counted from it", .queue = every})
+      .template output<ForceSegment>("segment", &N::limited, "the same force, or one that keeps the port passive")
       .role(Role::interpolation);
   real("encoder_step", &StageParams::encoder_step,
        {.doc = "step of the device's position encoders",
@@ -150,8 +151,8 @@ void declare_stage(Declare<N>& node) {
         .max = 0.1,
         .as_in = Role::device});
   real("rounding", &StageParams::rounding,
-       {.doc = "share of the encoders' worst rounding that is taken off the energy, at each change of the force: 1 is "
-               "proof against any rounding, 0 against none",
+       {.doc = "share of the encoders' worst rounding that is taken off the energy at each change of the force. 1 is "
+               "safe against any rounding, 0 against none",
         .default_value = 0,
         .min = 0,
         .max = 1});
@@ -162,14 +163,15 @@ void declare_stage(Declare<N>& node) {
         .min = 0,
         .max = 1});
   real("kept_energy", &StageParams::kept_energy,
-       {.doc = "energy from the hand that may be given back at any force; a tool of 0.1 kg has 12.5 mJ at 0.5 m/s",
+       {.doc = "energy from the hand that may be given back at any force. For comparison: a tool of 0.1 kg has 12.5 mJ "
+               "at 0.5 m/s",
         .unit = "J",
         .default_value = 0.02,
         .min = 0,
         .max = 100});
   real("stiffness_min", &StageParams::stiffness_min,
-       {.doc = "the softest spring that is displayed; of energy from the hand no more is given back than it holds at "
-               "the force, and kept_energy",
+       {.doc = "stiffness of the softest spring that is displayed. At most the energy that this spring holds at the "
+               "force, plus kept_energy, is given back of the hand's energy",
         .unit = "N/m",
         .default_value = 50,
         .min = 0,
@@ -192,24 +194,23 @@ void declare_stage(Declare<N>& node) {
         .above_min = true,
         .as_in = Role::device});
   real("lever", &StageParams::lever,
-       {.doc = "an angle counts as the way at this distance",
+       {.doc = "lever arm: an angle counts as the displacement at this distance",
         .unit = "m",
         .default_value = 0.05,
         .min = 0,
         .max = 10,
         .above_min = true});
-  real(
-      "acceleration", &StageParams::acceleration,
-      {.doc = "greatest acceleration of the handle that is reckoned with: the device's force_max on the mass of handle "
-              "and finger, more where a hand pushes harder than the device",
-       .unit = "m/s^2",
-       .default_value = 60,
-       .min = 0,
-       .max = 1e4});
+  real("acceleration", &StageParams::acceleration,
+       {.doc = "largest acceleration of the handle that the bound covers. Choose the device's force_max over the mass "
+               "of handle and finger, or more if a hand pushes harder than the device",
+        .unit = "m/s^2",
+        .default_value = 60,
+        .min = 0,
+        .max = 1e4});
   node.boolean("tool_weight", static_cast<bool P::*>(&P::tool_weight), true,
-               "the method displays the tool's weight: its part of the energy is the hand's own. false for a proxy and "
-               "for a force field")
-      .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks a second"})
+               "true if the method displays the tool's weight, whose part of the energy then counts as the hand's own; "
+               "false for a proxy and for a force field")
+      .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks per second"})
       .metric("passivity.changed_share", "1", "share of the steps whose wrench was not passed on", Better::lower)
       .metric("passivity.change_rms_N", "N", "RMS of what was changed of the force, over all steps", Better::lower)
       .metric("passivity.ahead_most", "1",

@@ -38,31 +38,32 @@ void check(const Waves::Params& params, const NodeContext& context) {
 
 NodeInfo Waves::declare() {
   Declare<Waves> node("passivity.waves",
-                      "Couples the handle to the tool by a line of wave variables, passive whatever it delays.");
+                      "Couples the handle to the tool by a line of wave variables that is passive at any delay.");
   node.details(
-      "In place of a coupling where there is a delay. A damper of the wave impedance b ties the handle to a place that "
-      "moves as the returning wave says, another ties the tool to a place that moves as the outgoing wave says. "
-      "v_out = v - F / b leaves with each tick, made of the force that was commanded and of the way that the encoder "
-      "showed; physics gets it as its handle. What returns for a result is 2 p_WT - p_WD. It is played over the "
-      "result's period by F = b (v_in - v), from the energy that results have brought, so that the port never gives "
-      "more energy than went into the line. The tool's weight does not go through the line: it is added at the handle. "
-      "At rest the handle feels a spring of b / D, with D half the time from the handle to physics and back, in series "
-      "with the contact; moved freely it feels a mass of b D. Its dynamics needs mass, not dynamics.quasistatic, and "
-      "start_at_device: true. Forces only, no torques.");
+      "Use it in place of a coupling if there is a delay. A damper of the wave impedance b ties the handle to a point "
+      "that the returning wave moves. Another damper ties the tool to a point that the outgoing wave moves. v_out = v "
+      "- F / b leaves at each tick, computed from the commanded force and the displacement that the encoder showed; "
+      "physics gets it as its handle. For each result, 2 p_WT - p_WD returns. It is played over the result's period by "
+      "F = b (v_in - v), with the energy that results have brought, so the port never gives more energy than went into "
+      "the line. The tool's weight does not go through the line: it is added at the handle. At rest the handle feels a "
+      "spring of b / D in series with the contact, where D is half the time from the handle to physics and back. In "
+      "free motion it feels a mass of b D. The dynamics must have mass (not dynamics.quasistatic) and start_at_device: "
+      "true. It carries forces and no torques.");
   const Queue every{QueuePolicy::drop_oldest, 64};
   return node.realtime_safe()
       .input("device", &Waves::device, {.doc = "every sample of the handle", .trigger = Trigger::yes, .queue = every})
       .input("commanded", &Waves::commanded,
-             {.doc = "what the device commands: the wave that leaves is made of this force", .queue = every})
-      .input("state", &Waves::state, {.doc = "tool and outgoing wave at one instant: the wave that returns"})
+             {.doc = "the wrench that the device commands; the outgoing wave is computed from it", .queue = every})
+      .input("state", &Waves::state,
+             {.doc = "tool and outgoing wave at one instant; the returning wave is computed from them"})
       .output("wave", &Waves::wave, "the outgoing wave, for physics to take as its handle")
-      .output("parameters", &Waves::parameters, "the damper between that and the tool: at the start")
+      .output("parameters", &Waves::parameters, "the damper between the outgoing wave and the tool, sent at the start")
       .kind("parameters", "damper")
       .output("force", &Waves::force, "force on the far end of the line, the mean of a result's period")
       .output("segment", &Waves::segment, "the force at the next tick, held")
       .real("impedance", &Params::impedance,
-            {.doc = "wave impedance b: the stiffness wanted at rest times half the time to physics and back; at most a "
-                    "quarter of mass * rate",
+            {.doc = "wave impedance b. Choose the stiffness wanted at rest times half the time to physics and back; at "
+                    "most a quarter of mass * rate",
              .unit = "N s/m",
              .default_value = 20,
              .min = 0,
@@ -77,19 +78,19 @@ NodeInfo Waves::declare() {
              .above_min = true,
              .as_in = Role::device})
       .real("catch_up", &Params::catch_up,
-            {.doc = "time constant by which the returning wave is played that is due and has not been played",
+            {.doc = "time constant with which the overdue part of the returning wave is played",
              .unit = "s",
              .default_value = 0.05,
              .min = 1e-3,
              .max = 10})
       .real("period_min", &Params::period_min,
-            {.doc = "results that come closer are put together: their mean takes out what circles in the line faster "
+            {.doc = "results closer in time than this are averaged. The mean removes what circles in the line faster "
                     "than the handle's damper can follow",
              .unit = "s",
              .default_value = 0.01,
              .min = 1e-3,
              .max = 1})
-      .haptic_rate(&Params::rate, {.doc = "ticks a second"})
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .role(Role::coupling)
       .metric("waves.cut_share", "1", "share of the ticks in which the returning wave had too little energy",
               Better::lower)

@@ -55,40 +55,41 @@ constexpr int most_steps = 16;
 }  // namespace
 
 NodeInfo ArPredictor::declare() {
-  Declare<ArPredictor> node("prediction.ar", "Weighs the last forces by auto-regressive coefficients.");
+  Declare<ArPredictor> node("prediction.ar",
+                            "Predicts by weighting the last forces with auto-regressive coefficients.");
   node.details(
-      "F_{t+1|t} = sum_i phi_i F_{t-i+1}; torque likewise with coefficients of its own. With `detrend: mean` the sum "
-      "is over F - m, m the mean of the last window, and m is added back; with `detrend: difference` it is over F_t - "
-      "F_{t-1} and F_t is added. Coefficients that a refitter sends say how they were fitted (what was removed, one "
-      "set for all axes, one an axis or a matrix a lag, on which grid of times) and are applied so; until the first "
-      "arrive, the fixed ones serve. Where they were fitted to resampled forces, the history is interpolated "
-      "linearly at t, t - T, t - 2 T, ..., T the period of the grid, and the model is iterated to the estimated "
-      "physics periods, 16 T at most. It holds where the history is shorter than the order, where the refitter found "
-      "nothing to fit, and where a result is not finite; a result beyond the device's limits is shortened to them. "
-      "With fixed coefficients, for a motion known beforehand and for comparison; refitted, for forces with a "
-      "texture or a tremor of their own.\n"
-      "Source: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering, eq. 4.");
+      "F_{t+1|t} = sum_i phi_i F_{t-i+1}. Torque is predicted in the same way with its own coefficients. With "
+      "`detrend: mean`, the sum is over F - m, where m is the mean of the last window, and m is added back. With "
+      "`detrend: difference`, the sum is over F_t - F_{t-1}, and F_t is added. A refitter sends with its coefficients "
+      "how they were fitted: what was removed, one set for all axes, one per axis or a matrix per lag, and on which "
+      "grid of times. The node applies them accordingly; until the first arrive, it uses the fixed ones. If they were "
+      "fitted to resampled forces, the history is interpolated linearly at t, t - T, t - 2 T, ..., where T is the "
+      "period of the grid. The model is then iterated to the estimated physics periods, 16 T at most. The node holds "
+      "if the history is shorter than the order, if the refitter found nothing to fit, or if a result is not finite. A "
+      "result beyond the device's limits is shortened to them. Use fixed coefficients for a motion known beforehand "
+      "and for comparison; use refitted ones for forces with a texture or a tremor of their own.\nSource: Hou and "
+      "Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering, eq. 4.");
   declare_predictor(node)
       .input("coefficients", &ArPredictor::coefficients, {.doc = "refitted coefficients", .required = false})
       .ignored_when([](const Params& p) {
         return p.coefficients == Source::fixed ? std::string("the coefficients are fixed") : std::string();
       })
       .choice("coefficients", &Params::coefficients, {{"fixed", Source::fixed}, {"refit", Source::refit}},
-              std::optional(Source::refit), "whether those that arrive replace the fixed ones")
+              std::optional(Source::refit), "whether coefficients that arrive replace the fixed ones")
       .reals("force_coefficients", &Params::force_coefficients, 0, std::vector<double>{},
-             {.doc = "fixed phi_1, phi_2, ... for force; none given: a trend damped by 1/2"})
+             {.doc = "fixed phi_1, phi_2, ... for force; empty: a trend damped by 1/2"})
       .reals("torque_coefficients", &Params::torque_coefficients, 0, std::vector<double>{},
-             {.doc = "fixed phi_1, phi_2, ... for torque; none given: a trend damped by 1/2"})
+             {.doc = "fixed phi_1, phi_2, ... for torque; empty: a trend damped by 1/2"})
       .choice("detrend", &Params::detrend,
               {{"none", Detrend::none}, {"mean", Detrend::mean}, {"difference", Detrend::difference}},
               std::optional(Detrend::difference),
-              "what the fixed coefficients leave out of the samples before they weigh them")
+              "what is removed from the samples before the fixed coefficients weight them")
       .integer("mean_window", &Params::mean_window,
-               {.doc = "samples kept for the mean; no fewer than the refitter's window",
+               {.doc = "number of samples kept for the mean; at least the refitter's window",
                 .default_value = 300,
                 .min = 1,
                 .max = 100000});
-  node.warms_up("the first refitted coefficients have come, and what a mean is taken over is full");
+  node.warms_up("the first refitted coefficients have come, and the window of the mean is full");
   node.coarser("coefficients", {std::string("fixed")}).cheaper("prediction.linear").cheaper("prediction.hold");
   node.formerly("detrend", "remove");
   return node.info();

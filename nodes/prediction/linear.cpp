@@ -7,9 +7,9 @@ namespace tactor {
 NodeInfo LinearPredictor::declare() {
   Declare<LinearPredictor> node("prediction.linear", "Extrapolates the last two forces in time.");
   node.details(
-      "F_{t+1|t} = F_t + (F_t - F_{t-1}) T / (t_t - t_{t-1}), with the stamps of the samples as their times and T the "
-      "estimated physics period, so an uneven period is taken into account. After a sample that is not finite, and "
-      "before the second good one, it holds.");
+      "F_{t+1|t} = F_t + (F_t - F_{t-1}) T / (t_t - t_{t-1}), where t are the stamps of the samples and T is the "
+      "estimated physics period. So it takes an uneven period into account. It holds after a sample that is not "
+      "finite, and before the second good one.");
   return declare_predictor(node).cheaper("prediction.hold").info();
 }
 

@@ -5,36 +5,37 @@
 namespace tactor {
 
 NodeInfo LinearPositionPredictor::declare() {
-  Declare<LinearPositionPredictor> node("prediction.linear_position", "Extrapolates the force along the device's way.");
+  Declare<LinearPositionPredictor> node("prediction.linear_position",
+                                        "Extrapolates the force along the device's displacement.");
   node.details(
-      "F = F_n + (F_n - F_m) s with s = (P - P_n) . (P_n - P_m) / |P_n - P_m|^2: the force changes along the "
-      "device's way as it did from sample m to sample n, F_n being the newest. P is the device's position at the "
-      "forecast's time, or the newest where that is still to come; P_n and P_m are those at the stamps of the "
-      "samples. Torque likewise over rotation vectors. m is the sample before n, or an older one where the device "
-      "has moved by less than `min_displacement` since; |s| is at most `reach`. So encoder noise is not divided by, "
-      "a device at rest is held, and what a contact's beginning suggests ends soon. Unlike `prediction.linear` it "
-      "knows the hand's motion after the last physics sample. For a smooth surface and physics faster than the hand "
-      "by so much that two samples see the same contact; it does not know the direction that the hand turns to. "
-      "`min_displacement` is a few encoder steps (20 to 100 um), `reach` 1 to 3.\n"
-      "Sources: Picinbono and Lombardo, Extrapolation: a solution for force feedback? (1999); Picinbono, Lombardo, "
+      "F = F_n + (F_n - F_m) s with s = (P - P_n) . (P_n - P_m) / |P_n - P_m|^2. The force changes along the device's "
+      "displacement as it did from sample m to the newest sample n. P is the device's position at the forecast's time, "
+      "or the newest position if that time is still to come. P_n and P_m are the positions at the stamps of the "
+      "samples. Torque is predicted likewise over rotation vectors. m is the sample before n, or an older one if the "
+      "device has moved by less than `min_displacement` since. |s| is at most `reach`. So the node never divides by "
+      "encoder noise, holds the force of a device at rest, and soon ends the trend of a beginning contact. Unlike "
+      "`prediction.linear`, it knows the hand's motion after the last physics sample. Use it for a smooth surface, "
+      "with physics so much faster than the hand that two samples see the same contact. It does not know the direction "
+      "that the hand turns to. Choose `min_displacement` as a few encoder steps (20 to 100 um), and `reach` from 1 to "
+      "3.\nSources: Picinbono and Lombardo, Extrapolation: a solution for force feedback? (1999); Picinbono, Lombardo, "
       "Delingette, Ayache, Improving realism of a surgery simulator (2002).");
   declare_device_track(declare_predictor(node))
       .real("min_displacement", &Params::min_displacement,
-            {.doc = "the shortest way that a change of force is divided by",
+            {.doc = "smallest displacement that a change of force is divided by",
              .unit = "m",
              .default_value = 50e-6,
              .min = 0,
              .max = 0.1,
              .above_min = true})
       .real("min_rotation", &Params::min_rotation,
-            {.doc = "the smallest rotation that a change of torque is divided by",
+            {.doc = "smallest rotation that a change of torque is divided by",
              .unit = "rad",
              .default_value = 1e-3,
              .min = 0,
              .max = 1,
              .above_min = true})
       .real("reach", &Params::reach,
-            {.doc = "how many times the way behind it is extrapolated at most",
+            {.doc = "longest extrapolation, as a multiple of the displacement from m to n",
              .default_value = 2,
              .min = 0,
              .max = 100});

@@ -45,73 +45,72 @@ NodeInfo LocalPredictor::declare() {
   Declare<LocalPredictor> node("prediction.local",
                                "Simulates the tool from each physics result to now, against the contacts around it.");
   node.details(
-          "A physics result is late by the time it took, and the hand has moved on. Its stamp, the bodies then, the "
-          "spring to the handle and the contacts around the bodies are all that the force depends on, and the device's "
-          "motion since is known. So each result is taken back to its stamp and moved on from there through the real "
-          "samples of the handle, by the step that dynamics itself takes; interpolation.rollout goes on from that tick "
-          "by tick. What is still unknown is the motion of the next tick and what the contacts do not tell: how "
-          "surfaces bend (each contact is known at several anchors, with curvature) and where the set of contacts "
-          "ends.\n"
-          "With the edge `dynamics.expected -> collision.expected` the contacts are looked for where the tool is by "
-          "now "
-          "and not where it last was, which makes them a period younger.\n"
-          "With the edge `dynamics.state -> local.state` physics' own contact force is compared with that of the "
-          "contacts "
-          "known, and a Kalman filter of two numbers, a scale of stiffness and damping and an excess of friction, "
-          "corrects "
-          "the tool's contacts before they are used and sent on. Sticking contacts tell of the friction only that it "
-          "is at "
-          "least so large; without contact nothing is learnt or forgotten. The report has the estimate at the end "
-          "(`local.fit.stiffness_scale`, `local.fit.friction_excess`).\n"
-          "Its time for a result is that of a few dozen steps; it is not for the real-time lane. Coupling, contact law "
-          "and sub-steps are those of dynamics.\n"
-          "This project's own; the going back to the stamp is that of a Smith predictor (O. Smith, 1957), local models "
-          "of the contact are those of Y. Adachi, T. Kumano, K. Ogino (1995) and W. Mark et al. (1996).")
+          "A physics result is late by its computing time, and the hand has moved on. The force depends only on the "
+          "bodies at the result's stamp, the spring to the handle and the contacts around the bodies, and the device's "
+          "motion since then is known. So the node takes each result at its stamp and moves it on through the real "
+          "samples of the handle, by the same step that the dynamics takes. interpolation.rollout continues from there "
+          "tick by tick. Two things stay unknown: the motion of the next tick, and what the contacts do not tell. That "
+          "is how surfaces bend (each contact is known at several anchors, with curvature) and where the set of "
+          "contacts ends.\nWith the edge `dynamics.expected -> collision.expected`, collision searches contacts where "
+          "the tool is by now and not where it last was. This makes them a period younger.\nWith the edge "
+          "`dynamics.state -> local.state`, the node compares the contact force of physics with that of the known "
+          "contacts. A Kalman filter of two numbers, a scale of stiffness and damping and an excess of friction, "
+          "corrects the tool's contacts before they are used and sent on. A sticking contact gives only a lower bound "
+          "of the friction; without contact nothing is learnt or forgotten. The report has the estimate at the end "
+          "(`local.fit.stiffness_scale`, `local.fit.friction_excess`).\nThe node takes as long for a result as a few "
+          "dozen steps; it is not for the real-time lane. Coupling, contact law and sub-steps are those of "
+          "dynamics.\nThe method is this project's own. Going back to the stamp comes from the Smith predictor (O. "
+          "Smith, 1957), and local models of the contact from Y. Adachi, T. Kumano, K. Ogino (1995) and W. Mark et al. "
+          "(1996).")
       .input("bodies", &LocalPredictor::bodies,
              {.doc = "the moving bodies of a physics result, as dynamics sends them", .trigger = Trigger::yes})
       .input("contacts", &LocalPredictor::contacts,
-             {.doc = "the contacts around them; without, nothing touches", .required = false})
+             {.doc = "the contacts around the bodies; without this input, nothing touches", .required = false})
       .input("patch", &LocalPredictor::patch,
-             {.doc = "of the same result, what deforms around the tool, as dynamics.deformable sends it",
+             {.doc = "the deformable surface around the tool from the same result, as dynamics.deformable sends it",
               .required = false})
       .needed_when(something_deforms)
       .unneeded_when(nothing_deforms)
       .input("used", &LocalPredictor::used,
-             {.doc = "the contacts that dynamics uses, for the fit; without, it goes by `contacts`. Meant for dynamics "
-                     "with `advance_to: contacts`",
+             {.doc = "the contacts that dynamics uses, for the fit; without this input, the fit uses `contacts`. Meant "
+                     "for dynamics with `advance_to: contacts`",
               .required = false,
               .queue = {QueuePolicy::drop_oldest, 8}})
       .ignored_when([](const Params& p) {
-        return p.fit ? std::string() : std::string("fit is false: contacts are taken as they come");
+        return p.fit ? std::string() : std::string("fit is false: contacts are used as they come");
       })
       .input("state", &LocalPredictor::state,
-             {.doc = "the same result's contact force, as dynamics sends it, for the fit", .required = false})
+             {.doc = "the contact force of the same result, as dynamics sends it, for the fit", .required = false})
       .ignored_when([](const Params& p) {
-        return p.fit ? std::string() : std::string("fit is false: contacts are taken as they come");
+        return p.fit ? std::string() : std::string("fit is false: contacts are used as they come");
       })
       .input("coupling", &LocalPredictor::coupling, {.doc = "the spring and damper between handle and tool"})
       .input("device", &LocalPredictor::device,
              {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 2048}})
-      .output("model", &LocalPredictor::model, "bodies by now and contacts to go on from, stamped as the result")
-      .boolean("resimulate", &Params::resimulate, true,
-               "go back to the stamp; false, for comparison: the bodies are taken as they were then")
-      .boolean("curvature", &Params::curvature, true, "let contacts bend; false, for comparison: planes")
+      .output("model", &LocalPredictor::model,
+              "the bodies by now and the contacts to continue from, with the stamp of the result")
+      .boolean(
+          "resimulate", &Params::resimulate, true,
+          "move each result on from its stamp to now; false, for comparison: use the bodies as they were at the stamp")
+      .boolean("curvature", &Params::curvature, true,
+               "use the curvature of contacts; false, for comparison: use planes")
       .boolean("fit", &Params::fit, true,
-               "where `state` is connected, learn from physics' contact force how stiff and rough contacts are")
+               "if `state` is connected, learn from physics' contact force how stiff and rough contacts are")
       .real("min_step", &Params::min_step,
-            {.doc = "samples of the handle that are closer than this to the last step are passed over, but for the "
+            {.doc = "samples of the handle that are closer in time than this to the last step are skipped, except the "
                     "newest",
              .unit = "s",
              .default_value = 9e-4,
              .min = 0,
              .max = 0.01})
       .real("stiffness_scale", &Params::stiffness_scale,
-            {.doc = "multiplies stiffness and damping of contacts before the fit, to see what a wrong model does",
+            {.doc = "factor on the stiffness and damping of contacts before the fit, to see what a wrong model does",
              .default_value = 1,
              .min = 0,
              .max = 100})
-      .real("friction_scale", &Params::friction_scale,
-            {.doc = "multiplies the friction of contacts, likewise", .default_value = 1, .min = 0, .max = 100})
+      .real(
+          "friction_scale", &Params::friction_scale,
+          {.doc = "factor on the friction of contacts, for the same purpose", .default_value = 1, .min = 0, .max = 100})
       .unneeded(nothing_moves)
       .role(Role::prediction);
   declare_rollout(node);

@@ -18,33 +18,35 @@ void shift_in(std::span<Vec3> newest_first, const Vec3& x) {
 }  // namespace
 
 NodeInfo MultiratePredictor::declare() {
-  Declare<MultiratePredictor> node("prediction.multirate", "Learns how the force follows the device, while running.");
+  Declare<MultiratePredictor> node("prediction.multirate", "Learns during the run how the force follows the device.");
   node.details(
-      "y(k) = sum_{i=1..n} a_i y(k - i) + sum_{j=0..m-1} b_j u(k - j), n `order` and m `input_order`: y is the "
-      "change of force from one physics sample to the next, u the device's displacement in the same interval "
-      "(changes, so that neither the origin nor a constant force matters). a and b are fitted at the physics' rate "
-      "by recursive least squares in information form with `forgetting`, from forces within the device's limits, and "
-      "the forecast is F_n + y(n + 1), u(n + 1) being the device's displacement from the last sample to the "
-      "forecast's time, or to now where that is still to come; further steps go on from there. Torque likewise over "
-      "rotation vectors. `model_structure: "
-      "per_axis`, as in the source, fits each axis of the world alone; `axes` shares a and b, is the same in every "
-      "rotated frame and learns faster, but takes a surface for equally stiff in all directions. It holds until it "
-      "has seen three samples a parameter, and where the roots of a are not inside the unit circle. For pressing and "
-      "sliding against few, compliant surfaces; a new contact must be learnt anew, in about 1 / (1 - `forgetting`) "
-      "samples (0.95 to 0.995 is usual), and n and m of 1 to 3 suffice.\n"
-      "Source: Lee and Lee, Real-time haptic rendering using multi-rate output-estimation with ARMAX model, ICCAS "
-      "2007; least squares over changes, where the source has a noise model and positions.");
+      "y(k) = sum_{i=1..n} a_i y(k - i) + sum_{j=0..m-1} b_j u(k - j), where n is `order` and m is `input_order`. y is "
+      "the change of force from one physics sample to the next, and u the device's displacement in the same interval. "
+      "Both are changes, so neither the origin nor a constant force matters. a and b are fitted at the physics' rate "
+      "by recursive least squares in information form with `forgetting`, from forces within the device's limits. The "
+      "forecast is F_n + y(n + 1), where u(n + 1) is the device's displacement from the last sample to the forecast's "
+      "time, or to now if that time is still to come. Further steps continue from there. Torque is predicted likewise "
+      "over rotation vectors. `model_structure: per_axis`, as in the source, fits each axis of the world alone. `axes` "
+      "shares a and b, is the same in every rotated frame and learns faster, but assumes that a surface is equally "
+      "stiff in all directions. The node holds until it has seen three samples per parameter, and while the roots of a "
+      "are not inside the unit circle. Use it for pressing and sliding against few, compliant surfaces. It must learn "
+      "a new contact anew, in about 1 / (1 - `forgetting`) samples (0.95 to 0.995 is usual). n and m of 1 to 3 "
+      "suffice.\nSource: Lee and Lee, Real-time haptic rendering using multi-rate output-estimation with ARMAX model, "
+      "ICCAS 2007; least squares over changes, where the source has a noise model and positions.");
   declare_device_track(declare_predictor(node))
       .integer("order", &Params::order,
-               {.doc = "past changes of force that are weighed", .default_value = 2, .min = 1, .max = max_terms})
-      .integer("input_order", &Params::input_order,
-               {.doc = "displacements of the device that are weighed", .default_value = 2, .min = 1, .max = max_terms})
+               {.doc = "number of past changes of force in the model", .default_value = 2, .min = 1, .max = max_terms})
+      .integer(
+          "input_order", &Params::input_order,
+          {.doc = "number of displacements of the device in the model", .default_value = 2, .min = 1, .max = max_terms})
       .real("forgetting", &Params::forgetting,
-            {.doc = "weight of a sample against the one after it", .default_value = 0.98, .min = 0.9, .max = 1})
+            {.doc = "weight of a sample relative to the one after it", .default_value = 0.98, .min = 0.9, .max = 1})
       .choice("model_structure", &Params::model_structure, {{"axes", Shared::axes}, {"per_axis", Shared::per_axis}},
-              std::optional(Shared::per_axis), "one set of parameters for the three axes, or one an axis");
+              std::optional(Shared::per_axis), "one set of parameters for the three axes (axes), or one per axis");
   return node
-      .warms_up("it has learnt from 3 / (1 - forgetting) samples, which hold 95 % of the weight, and 3 a parameter")
+      .warms_up(
+          "it has learnt from 3 / (1 - forgetting) samples, which hold 95 % of the weight, and from 3 samples per "
+          "parameter")
       .coarser("order", {std::int64_t{4}, std::int64_t{2}, std::int64_t{1}})
       .coarser("input_order", {std::int64_t{4}, std::int64_t{2}, std::int64_t{1}})
       .cheaper("prediction.linear")

@@ -1,4 +1,4 @@
-// What every predictor of forces does alike: it takes samples in and sends one forecast a step.
+// The base of all force predictors: it takes samples in and sends one forecast per step.
 #pragma once
 
 #include <optional>
@@ -16,9 +16,9 @@ struct PredictorParams : PeriodOptions, ForceLimits {
   std::int32_t steps = 3;  ///< periods ahead, 1 to Forecast::capacity
 };
 
-/// The base of a predictor. It drains the samples, keeps those out that are not finite, estimates the period, holds
-/// what the derived class has nothing to say of, and keeps what is sent within the device's limits. A forecast carries
-/// the stamp of the newest usable sample; zero is forecast before there was one, with the stamp of what came.
+/// The base of a predictor. It takes all new samples, drops those that are not finite, estimates the period, holds the
+/// steps that the derived class does not predict, and limits the forecast to the device's limits. A forecast carries
+/// the stamp of the newest usable sample. Before there is one, it forecasts zero with the stamp of the newest message.
 class Predictor : public Node {
  public:
   void step(StepContext& context) final;
@@ -42,11 +42,11 @@ class Predictor : public Node {
   virtual void read_inputs() {}
   /// A usable sample, in the order of arrival; its torque is zero in a translation-only scene.
   virtual void take(const Stamped<Wrench>& sample) = 0;
-  /// Writes to predicted[i - 1] what is expected i `horizon` after the sample taken last; all come in as that sample,
-  /// so that what is not written is held. Tells whether any of it had to be.
+  /// Writes to predicted[i - 1] the force expected i `horizon` after the sample taken last. All entries start as that
+  /// sample, so an entry that is not written is held. Returns whether any entry had to be held.
   virtual Outcome predict(Duration horizon, std::span<Wrench> predicted) = 0;
 
-  /// Whether it predicts as it goes on to, with the samples taken so far. Asked after each of them.
+  /// Whether the predictor has seen enough samples to predict as it will from then on. Asked after each sample.
   [[nodiscard]] virtual bool is_warm() const { return true; }
 
   [[nodiscard]] bool torque() const { return guard_.torque(); }
@@ -72,22 +72,21 @@ Declare<N>& declare_predictor(Declare<N>& node) {
           "force", static_cast<Input<Wrench> N::*>(&N::force),
           {.doc = "the physics force on the device", .trigger = Trigger::yes, .queue = {QueuePolicy::drop_oldest, 64}})
       .output("forecast", static_cast<Output<Forecast> N::*>(&N::forecast),
-              "the force and what is expected at the next physics periods")
-      .integer(
-          "steps", static_cast<std::int32_t P::*>(&P::steps),
-          {.doc = "physics periods that are predicted: a force is shown from one period after its stamp to two, or "
-                  "later where the next is late",
-           .default_value = 3,
-           .min = 1,
-           .max = Forecast::capacity})
+              "the physics force and the forces expected at the next physics periods")
+      .integer("steps", static_cast<std::int32_t P::*>(&P::steps),
+               {.doc = "number of physics periods that are predicted. A force is displayed from one period after its "
+                       "stamp to two, or longer if the next force is late",
+                .default_value = 3,
+                .min = 1,
+                .max = Forecast::capacity})
       .real("force_max", static_cast<double P::*>(&P::force_max),
-            {.doc = "current and predicted force are shortened to the device's largest force",
+            {.doc = "the device's largest force; longer current and predicted forces are shortened to it",
              .unit = "N",
              .default_value = 8.0,
              .min = 0,
              .above_min = true})
       .real("torque_max", static_cast<double P::*>(&P::torque_max),
-            {.doc = "current and predicted torque are shortened to the device's largest torque",
+            {.doc = "the device's largest torque; longer current and predicted torques are shortened to it",
              .unit = "N m",
              .default_value = 0.3,
              .min = 0,

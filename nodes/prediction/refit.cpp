@@ -13,12 +13,11 @@ namespace {
 void refuse_contradictions(const Refitter::Params& p) {
   if (p.model_structure == ModelStructure::vector && p.method != ArMethod::yule_walker) {
     throw ValueError("model_structure",
-                     "model_structure: vector is fitted by `method: yule_walker` alone; change one of the two");
+                     "model_structure: only `method: yule_walker` can fit vector; change one of the two");
   }
   if (p.method != ArMethod::rls) return;
   if (p.detrend == Detrend::mean) {
-    throw ValueError("detrend",
-                     "detrend: mean is of a window, which `method: rls` has not; use `difference` or `none`");
+    throw ValueError("detrend", "detrend: mean needs a window, and `method: rls` has none; use `difference` or `none`");
   }
   if (p.window_time > 0) {
     throw ValueError("window_time", "window_time: `method: rls` has no window; set `forgetting` instead");
@@ -57,46 +56,43 @@ ArEstimatorOptions estimator_options(const Refitter::Params& p) {
 }
 
 constexpr const char* refit_details =
-    "Fits x_{t+1} = sum_i phi_i x_{t-i+1} to the last `window` samples, or those of the last `window_time`, "
-    "force and torque apart. `detrend` says what x is: the samples (as the paper prints it), the samples about "
-    "their mean, or their differences.\n"
-    "`method: yule_walker` solves R phi = r of the biased autocovariances by Levinson-Durbin. Always stable, "
-    "the cheapest, and the paper's; its bias shrinks as the window grows, so it wants 200 samples and more. "
-    "`burg` minimises forward and backward errors together, one reflection coefficient k = 2 sum f.b / "
-    "sum(|f|^2 + |b|^2) an order: always stable and nearly without bias, good from 30 samples on. `covariance` "
-    "is least squares over the window: exact on a sum of waves without noise, but not always stable; such a "
-    "fit is replaced by Yule-Walker's and counted. `rls` is least squares over all the past, weighed by "
-    "`forgetting`^age: it has no edge where samples leave, follows slow changes, and remembers a blow for 1 / "
-    "(1 - forgetting) samples, 100 by default (0.95 to 0.998 is usual); its unstable fits are shrunk and "
-    "counted. Every ridge is 1e-9 of the energy, so the unit does not matter.\n"
-    "`model_structure: axes` takes scalar products over the axes: one phi, the same in every rotated frame. "
-    "`per_axis` fits each axis alone, for a scene whose axes differ; three times the cost. `vector` fits a 3x3 "
-    "matrix a lag by Whittle's recursion, order 8 at most: for axes that drive each other, with windows of 300 "
-    "and more; in the scenes shipped it is no better than `axes`.\n"
-    "The order is `order`, or with 0 the one of the smallest criterion up to `max_order` and a third of the "
-    "samples (vector: a ninth): FPE s2 (N + p + 1) / (N - p - 1), AIC N ln s2 + 2 p, or BIC N ln s2 + p ln N, "
-    "which takes the lowest orders. `resample` interpolates the samples linearly onto even times, one mean "
-    "period of the last 64 apart, and tells the predictor to do so: for physics of a changing rate. The first "
-    "coefficients are sent when the window is full, rls's when it holds three samples an order. Where the "
-    "samples hold no energy, order 0 is sent and the predictor holds. A sample that is not finite is left out. "
-    "`refit.spectral_radius_*` in the report are of at most 128 models of force, evenly over the run.\n"
-    "Sources: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic Rendering, eq. 5 to 11; "
-    "Burg, Maximum entropy spectral analysis (1967), in the form of Vos, A fast implementation of Burg's "
-    "method (2013); Kay, Modern Spectral Estimation (1988); Haykin, Adaptive Filter Theory; Whittle, On the "
+    "Fits x_{t+1} = sum_i phi_i x_{t-i+1} to the last `window` samples, or to those of the last `window_time`. Force "
+    "and torque are fitted separately. `detrend` says what x is: the samples (as the paper prints it), the samples "
+    "about their mean, or their differences.\n`method: yule_walker` solves R phi = r of the biased autocovariances by "
+    "Levinson-Durbin. It is always stable, the cheapest, and the paper's method. Its bias shrinks as the window grows, "
+    "so it needs 200 samples or more. `burg` minimises forward and backward errors together, with one reflection "
+    "coefficient k = 2 sum f.b / sum(|f|^2 + |b|^2) per order. It is always stable, nearly without bias, and good from "
+    "30 samples on. `covariance` is least squares over the window. It is exact on a sum of waves without noise, but "
+    "not always stable; an unstable fit is replaced by that of Yule-Walker and counted. `rls` is least squares over "
+    "the whole past, weighted by `forgetting`^age. It has no edge at which samples leave, follows slow changes, and "
+    "remembers an impact for 1 / (1 - forgetting) samples, 100 by default (0.95 to 0.998 is usual). Its unstable fits "
+    "are shrunk and counted. Every ridge is 1e-9 of the energy, so the unit does not matter.\n`model_structure: axes` "
+    "takes scalar products over the axes: one phi, the same in every rotated frame. `per_axis` fits each axis alone, "
+    "for a scene whose axes differ, at three times the cost. `vector` fits a 3x3 matrix per lag by Whittle's "
+    "recursion, order 8 at most. It is for axes that drive each other, with windows of 300 or more; in the shipped "
+    "scenes it is no better than `axes`.\nThe order is `order`. With 0 it is the order with the smallest criterion, up "
+    "to `max_order` and a third of the samples (vector: a ninth). The criterion is FPE s2 (N + p + 1) / (N - p - 1), "
+    "AIC N ln s2 + 2 p, or BIC N ln s2 + p ln N, which takes the lowest orders. `resample` interpolates the samples "
+    "linearly onto even times, one mean period of the last 64 apart, and tells the predictor to do the same. Use it "
+    "for physics with a changing rate. The first coefficients are sent when the window is full; with rls, when it "
+    "holds three samples per order. If the samples hold no energy, order 0 is sent and the predictor holds. A sample "
+    "that is not finite is left out. `refit.spectral_radius_*` in the report come from at most 128 models of force, "
+    "spread evenly over the run.\nSources: Hou and Sourina, Real-time Adaptive Prediction Method for Smooth Haptic "
+    "Rendering, eq. 5 to 11; Burg, Maximum entropy spectral analysis (1967), in the form of Vos, A fast implementation "
+    "of Burg's method (2013); Kay, Modern Spectral Estimation (1988); Haykin, Adaptive Filter Theory; Whittle, On the "
     "fitting of multivariate autoregressions (1963).";
 
 void declare_refit_parameters(Declare<Refitter>& node) {
-  node.integer(
-          "window", &Refitter::Params::window,
-          {.doc = "samples (or differences) that are fitted, at most", .default_value = 300, .min = 9, .max = 100000})
+  node.integer("window", &Refitter::Params::window,
+               {.doc = "most samples (or differences) that are fitted", .default_value = 300, .min = 9, .max = 100000})
       .real("window_time", &Refitter::Params::window_time,
-            {.doc = "only samples of this last time are fitted; 0: as many as `window`",
+            {.doc = "only samples of this last interval of time are fitted; 0: as many as `window`",
              .unit = "s",
              .default_value = 0,
              .min = 0,
              .max = 1000})
       .integer("order", &Refitter::Params::order,
-               {.doc = "order of the model; 0: by `order_by`",
+               {.doc = "order of the model; 0: chosen by `order_by`",
                 .default_value = 0,
                 .min = 0,
                 .max = ArCoefficients::max_order})
@@ -107,7 +103,7 @@ void declare_refit_parameters(Declare<Refitter>& node) {
                 .max = ArCoefficients::max_order})
       .choice("order_by", &Refitter::Params::order_by,
               {{"fpe", OrderRule::fpe}, {"aic", OrderRule::aic}, {"bic", OrderRule::bic}},
-              std::optional(OrderRule::fpe), "the criterion that chooses the order where `order` is 0")
+              std::optional(OrderRule::fpe), "the criterion that chooses the order if `order` is 0")
       .choice("method", &Refitter::Params::method,
               {{"yule_walker", ArMethod::yule_walker},
                {"burg", ArMethod::burg},
@@ -117,16 +113,19 @@ void declare_refit_parameters(Declare<Refitter>& node) {
       .choice(
           "model_structure", &Refitter::Params::model_structure,
           {{"axes", ModelStructure::axes}, {"per_axis", ModelStructure::per_axis}, {"vector", ModelStructure::vector}},
-          std::optional(ModelStructure::axes), "one set of coefficients for the three axes, one an axis, or matrices")
-      .real(
-          "forgetting", &Refitter::Params::forgetting,
-          {.doc = "weight of a sample against the one after it, for rls", .default_value = 0.99, .min = 0.9, .max = 1})
+          std::optional(ModelStructure::axes),
+          "one set of coefficients for the three axes (axes), one per axis, or matrices (vector)")
+      .real("forgetting", &Refitter::Params::forgetting,
+            {.doc = "weight of a sample relative to the one after it, for rls",
+             .default_value = 0.99,
+             .min = 0.9,
+             .max = 1})
       .choice("detrend", &Refitter::Params::detrend,
               {{"none", Detrend::none}, {"mean", Detrend::mean}, {"difference", Detrend::difference}},
-              std::optional(Detrend::difference), "what is left out of the samples before they are fitted")
+              std::optional(Detrend::difference), "what is removed from the samples before they are fitted")
       .boolean("resample", &Refitter::Params::resample, false, "interpolate the samples onto even times first")
       .integer("period", &Refitter::Params::period,
-               {.doc = "samples from one refit to the next", .default_value = 1, .min = 1, .max = 100000})
+               {.doc = "number of samples from one refit to the next", .default_value = 1, .min = 1, .max = 100000})
       .coarser("window", {std::int64_t{200}, std::int64_t{100}, std::int64_t{50}, std::int64_t{30}})
       .coarser("order", {std::int64_t{10}, std::int64_t{5}, std::int64_t{3}, std::int64_t{1}})
       .coarser("max_order", {std::int64_t{10}, std::int64_t{5}, std::int64_t{3}, std::int64_t{1}})

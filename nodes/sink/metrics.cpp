@@ -144,46 +144,46 @@ class PartMetrics {
 void declare_parameters(Declare<Metrics>& node) {
   using Params = Metrics::Params;
   node.real("settle", &Params::settle,
-            {.doc = "the start that is left out of the metrics", .unit = "s", .default_value = 0.2, .min = 0})
+            {.doc = "time at the start that the metrics leave out", .unit = "s", .default_value = 0.2, .min = 0})
       .real("jnd_force", &Params::jnd_force,
             {.doc = "the smallest force that is felt on the arm", .unit = "N", .default_value = 0.04, .min = 0})
       .real("jnd_torque", &Params::jnd_torque,
             {.doc = "the smallest torque felt: 0.04 N at 50 mm", .unit = "N m", .default_value = 0.002, .min = 0})
       .real("jnd_fraction", &Params::jnd_fraction,
-            {.doc = "the smallest relative change that is felt", .default_value = 0.07, .min = 0, .max = 1})
+            {.doc = "smallest relative change that is felt", .default_value = 0.07, .min = 0, .max = 1})
       .real("mass", &Params::handle_mass,
-            {.doc = "mass of the device's handle: how much force makes it vibrate",
+            {.doc = "mass of the device's handle, which decides how much force makes it vibrate",
              .unit = "kg",
              .default_value = 0.1,
              .min = 0.001,
              .max = 100,
              .as_in = Role::device})
       .real("max_delay", &Params::max_delay,
-            {.doc = "largest delay that is looked for", .unit = "s", .default_value = 0.1, .min = 0, .max = 10})
+            {.doc = "largest delay that is searched for", .unit = "s", .default_value = 0.1, .min = 0, .max = 10})
       .real("loss_force", &Params::loss_force,
-            {.doc = "contact is lost where the reference force falls under it",
+            {.doc = "contact is lost when the reference force falls below this",
              .unit = "N",
              .default_value = 0.2,
              .min = 0})
       .real("loss_torque", &Params::loss_torque,
-            {.doc = "contact is lost where the reference torque falls under it",
+            {.doc = "contact is lost when the reference torque falls below this",
              .unit = "N m",
              .default_value = 0.01,
              .min = 0})
       .real("loss_window", &Params::loss_window,
-            {.doc = "time after a loss in which overshoot and ghost force are looked for",
+            {.doc = "time after a loss of contact in which overshoot and ghost force are measured",
              .unit = "s",
              .default_value = 0.2,
              .min = 0})
       .real("rest", &Params::rest,
-            {.doc = "time at the end of the run over which the tool is to be at rest, for stability.*; 0: nothing is "
-                    "asked of it",
+            {.doc =
+                 "time at the end of the run in which the tool should be at rest, for stability.*; 0: it need not rest",
              .unit = "s",
              .default_value = 0,
              .min = 0})
       .real("rest_peak_to_peak", &Params::rest_peak_to_peak,
-            {.doc = "peak-to-peak amplitude that the tool may have at rest; more is a limit cycle. The tremor of a "
-                    "trajectory counts",
+            {.doc = "peak-to-peak amplitude that the tool may have at rest; more counts as a limit cycle. The tremor "
+                    "of a trajectory is included",
              .unit = "m",
              .default_value = 1e-4,
              .min = 0})
@@ -202,8 +202,8 @@ void declare_parameters(Declare<Metrics>& node) {
              .max = 0.1,
              .as_in = Role::device})
       .boolean("tool_weight", &Params::tool_weight, true,
-               "the method displays the tool's weight, whose part of port.energy_generated_J is the hand's own. false "
-               "for a proxy and for a force field")
+               "true if the method displays the tool's weight, whose part of port.energy_generated_J then counts as "
+               "the hand's own; false for a proxy and for a force field")
       .formerly("rest_peak_to_peak", "rest_swing")
       .formerly("mass", "handle_mass");
 }
@@ -288,37 +288,36 @@ void declare_metrics(Declare<Metrics>& node) {
 
 NodeInfo Metrics::declare() {
   const Queue every{QueuePolicy::drop_oldest, 64};
-  Declare<Metrics> node("sink.metrics", "Judges the delivered force: error, delay and smoothness.");
+  Declare<Metrics> node("sink.metrics", "Measures error, delay and smoothness of the delivered force.");
   node.sink()
       .details(
-          "delivered.*: `commanded` against the physics force of the reference run at the same time: RMS and largest "
-          "error, RMS of the error above 30 Hz (Butterworth of fourth order forwards and backwards, so without a "
-          "shift), delay (lag at which what the two change in 20 ms correlates best, positive: late; left out where "
-          "there is none), RMS of the first and second difference, "
-          "the second also as the excess over the reference's, largest step, share of time beyond what can be felt "
-          "(share_beyond_jnd: one floor and one fraction; share_beyond_weber: a curve that grows at low forces), and "
-          "vibration of the error over what a hand on the handle feels, by thirds of an octave "
-          "(docs/results/thresholds.md). "
-          "After contact is lost, if it ever is: the overshoot is the largest force towards the surface, beyond the "
-          "reference's own, "
-          "the ghost what still pushes away from it late in the window. one_step.*: the predicted force against the "
-          "next physics force, and what a hold errs. physics.*: how often `force` comes, counted over ten "
-          "intervals in a row (over all where there are fewer), and its error at its own stamp "
-          "against the reference at that time, which no delay is in. contacts.*: contacts that carried force. "
-          "stability.*: energy where hand and device meet, and the tool at rest. passivity_violation is the most "
-          "energy that the hand has got from the device beyond what it had given and what the tool's weight gave; "
-          "peak_energy the most that the tool had at a time in kinetic energy and, where it was above its start, in "
-          "height; oscillation the amplitude (half of the way there and back; a drift in one direction does not count) "
-          "and frequency of the tool over `rest`. The verdict is 0 stable, 1 limit cycle (more than "
-          "`rest_peak_to_peak` there and back), 3 energy from nowhere (over 10 % of what came in and 1 uJ), 4 not "
-          "finite. Other moving bodies than the tool are not counted, and a "
-          "massless tool counts with the weight that the scene gives it. "
-          "stability.passive is the strict form of stable: at no time had the motors given more net energy at the port "
-          "(commanded wrench by the way of the handle, less the weight's part) than max |F| D + max |F . dx|, D a step "
-          "of the encoder and dx the way of a tick; by the handle as it is where `truth` is fed. Without "
-          "a reference the metrics that need one are left out.")
+          "delivered.* compares `commanded` with the physics force of the reference run at the same time. It has the "
+          "RMS and the largest error, and the RMS of the error above 30 Hz (Butterworth of fourth order forwards and "
+          "backwards, so without a shift). The delay is the lag at which the changes of the two within 20 ms correlate "
+          "best; positive means late, and it is left out if there is none. Smoothness is the RMS of the first and "
+          "second difference, the second also as the excess over the reference's, and the largest step. The share of "
+          "time in which the error can be felt has two forms: share_beyond_jnd has one floor and one fraction, "
+          "share_beyond_weber a curve that grows at low forces. The vibration of the error is compared with what a "
+          "hand on the handle feels, in thirds of an octave (docs/results/thresholds.md). After contact is lost, if it "
+          "ever is, the overshoot is the largest force towards the surface beyond the reference's own, and the ghost "
+          "is the force that still pushes away from it late in the window.\none_step.* compares the predicted force "
+          "with the next physics force, and has the error of a hold.\nphysics.* tells how often `force` comes, counted "
+          "over ten intervals in a row (over all if there are fewer), and its error at its own stamp against the "
+          "reference at that time, which contains no delay.\ncontacts.* counts contacts that carried "
+          "force.\nstability.* is about the energy where hand and device meet, and about the tool at rest. "
+          "passivity_violation is the most energy that the hand has got from the device beyond what it had given and "
+          "what the tool's weight gave. peak_energy is the most energy that the tool had at a time: kinetic energy, "
+          "and the energy of its height if it was above its start. oscillation is the amplitude (half of the way there "
+          "and back; a drift in one direction does not count) and the frequency of the tool over `rest`. The verdict "
+          "is 0 stable, 1 limit cycle (more than `rest_peak_to_peak` there and back), 3 energy from nowhere (over 10 % "
+          "of what came in and 1 uJ), 4 not finite. Only the tool counts, no other moving body; a massless tool counts "
+          "with the weight that the scene gives it. stability.passive is the strict form of stable. It holds if at no "
+          "time the motors had given more net energy at the port (commanded wrench by the displacement of the handle, "
+          "less the weight's part) than max |F| D + max |F . dx|, where D is a step of the encoder and dx the "
+          "displacement of a tick. The displacement is the handle's true one if `truth` is connected. Without a "
+          "reference, the metrics that need one are left out.")
       .input("commanded", &Metrics::commanded,
-             {.doc = "what the device is told to display, at its rate",
+             {.doc = "the wrench that the device should display, at its rate",
               .trigger = Trigger::yes,
               .queue = every,
               .judged = true})
@@ -334,7 +333,7 @@ NodeInfo Metrics::declare() {
       .input("device", &Metrics::device,
              {.doc = "for the displacement", .trigger = Trigger::yes, .required = false, .queue = every})
       .input("truth", &Metrics::true_device,
-             {.doc = "the handle as it is, for the energy of the port; without it that is by `device`",
+             {.doc = "the true state of the handle, for the energy of the port; without this input, `device` is used",
               .trigger = Trigger::yes,
               .required = false,
               .queue = every});

@@ -122,7 +122,7 @@ Fields parse_mapping(const CsvTable& table, const Mapping& mapping, const std::s
     std::optional<Source>* field = find_field(fields, name);
     if (field == nullptr) {
       throw InputError(place +
-                       " is no field; expected time, or one of force, torque, position, rotation, velocity, "
+                       " is not a field; expected time, or one of force, torque, position, rotation, velocity, "
                        "angular_velocity with .x, .y or .z");
     }
     if (*field) throw InputError(place + " is mapped twice");

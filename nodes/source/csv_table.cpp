@@ -27,7 +27,7 @@ class Lines {
   explicit Lines(const std::filesystem::path& path) : path_(path) {
     FileDescriptor opened = open_input_file(path);
     file_.reset(gzdopen(opened.number(), "rb"));
-    if (!file_) throw InputError(path.string() + ": " + "cannot be read: memory for it is refused");
+    if (!file_) throw InputError(path.string() + ": " + "cannot be read: there is no memory for it");
     static_cast<void>(opened.release());
   }
 
@@ -128,7 +128,7 @@ CsvTable read_lines(const std::filesystem::path& path) {
     if (trimmed(*row).empty()) {
       empty_line = line;
       if (line == 1) refuse("an empty line is not allowed here");
-      if (line > csv_limits::rows + 2) refuse("expected the end of the file, found ever more empty lines");
+      if (line > csv_limits::rows + 2) refuse("expected the end of the file, found too many empty lines");
       continue;
     }
     if (empty_line > 0) {

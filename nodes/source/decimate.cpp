@@ -34,7 +34,7 @@ void expect_even(const std::vector<Stamped<Wrench>>& samples, const std::string&
   for (std::size_t i = 1; i < samples.size(); ++i) {
     const double step = (samples[i].stamp.valid - samples[i - 1].stamp.valid).seconds();
     if (std::abs(step - mean) > 0.01 * mean) {
-      throw InputError(where + ": expected samples at even times, one each " + std::to_string(1e3 * mean) +
+      throw InputError(where + ": expected evenly spaced samples, one every " + std::to_string(1e3 * mean) +
                        " ms, found " + std::to_string(1e3 * step) + " ms before the one at " +
                        std::to_string(samples[i].stamp.valid.seconds()) + " s");
     }

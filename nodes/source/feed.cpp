@@ -20,11 +20,10 @@ FeedSource::FeedSource(const Params& params, const NodeContext& /*context*/) {
 }
 
 NodeInfo FeedSource::declare() {
-  return Declare<FeedSource>("source.feed", "Sends what a program gives it while the run goes on.")
+  return Declare<FeedSource>("source.feed", "Sends the messages that a program gives it during the run.")
       .details(
-          "For programs that use Tactor as a library: Session::feed sends messages here, and they go along the edges "
-          "as "
-          "those of any node do. A run that no program feeds gets none.")
+          "Use it in programs that use Tactor as a library. Session::feed sends messages here, and they go along the "
+          "edges like those of any node. A run that no program feeds gets none.")
       .role(Role::source)
       .fed()
       .output("message", &FeedSource::message, "what the program sends", type_of_feed)

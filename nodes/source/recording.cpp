@@ -108,15 +108,15 @@ RecordingSource::RecordingSource(const Params& params, const NodeContext& contex
 }
 
 NodeInfo RecordingSource::declare() {
-  return Declare<RecordingSource>("source.recording", "Plays a recording or a CSV file back with its own stamps.")
+  return Declare<RecordingSource>("source.recording", "Plays back a recording or a CSV file with its own stamps.")
       .details(
-          "An .h5 file needs `stream`, the recorded output such as coupling.force. Its messages, of whatever type, are "
-          "sent at the output message; wrenches also at force, device states at device and targets at target. "
-          "A CSV file (plain or .gz) needs `columns`, which maps fields to `heading [unit]` with optional factors "
+          "An .h5 file needs `stream`, the recorded output such as coupling.force. Its messages, of any type, are sent "
+          "at the output message; wrenches also at force, device states also at device, and targets also at target. A "
+          "CSV file (plain or .gz) needs `columns`, which maps fields to `heading [unit]` with optional factors "
           "(`force.x: minus_Fh_Nm * -1 / 0.075 m`). Fields: time; force and torque for the output force; position, "
           "rotation (a rotation vector), velocity and angular_velocity for the outputs device and target; each with .x "
-          ".y .z. What is not mapped is 0, velocities that are not mapped are central differences. Each step sends all "
-          "messages that became due since the one before, with the stamps of the file.")
+          ".y .z. Fields that are not mapped are 0; velocities that are not mapped are central differences. Each step "
+          "sends all messages that became due since the step before, with the stamps of the file.")
       .output("force", &RecordingSource::force, "the recorded wrenches")
       .output("device", &RecordingSource::device, "the recorded device states")
       .output("target", &RecordingSource::target, "the recorded motion as a target of the hand")
@@ -129,7 +129,7 @@ NodeInfo RecordingSource::declare() {
               std::optional(Begin::as_recorded), "keep the times of the file, or shift them so that the first is 0")
       .integer(
           "decimate", &Params::decimate,
-          {.doc = "1 in so many samples of the force is kept, after a low-pass without phase at 0.4 of the new rate",
+          {.doc = "1 in this many samples of the force is kept, after a zero-phase low-pass at 0.4 of the new rate",
            .default_value = 1,
            .min = 1,
            .max = 100})

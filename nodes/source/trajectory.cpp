@@ -149,16 +149,14 @@ NodeInfo TrajectorySource::declare() {
   }
   return Declare<TrajectorySource>("source.trajectory", "Moves the hand's target along way-points, with tremor.")
       .details(
-          "Between way-points the target moves from rest to rest with minimum jerk (Flash and Hogan 1985), evenly, or "
-          "along a natural cubic spline. It rests before the first and after the last, or goes through all of them "
-          "again "
-          "where `repeat_after` says when; the tremor is not repeated. Rotations are given as rotation "
-          "vectors and left out where the tool cannot rotate. Tremor is a sum of sinusoids whose frequencies and "
-          "phases "
-          "follow from the seed, so that the motion is one function of time at any rate.")
+          "Between way-points the target moves from rest to rest with minimum jerk (Flash and Hogan 1985), at constant "
+          "speed, or along a natural cubic spline. It rests before the first and after the last way-point. If "
+          "`repeat_after` is set, it goes through all of them again; the tremor is not repeated. Rotations are given "
+          "as rotation vectors, and left out if the tool cannot rotate. Tremor is a sum of sinusoids whose frequencies "
+          "and phases follow from the seed, so the motion is the same function of time at any rate.")
       .hand_path(hand_path)
-      .output("target", &TrajectorySource::target, "where the hand is to be, valid at the time of the step")
-      .haptic_rate(&Params::rate, {.doc = "targets a second", .in_reference = 10000})
+      .output("target", &TrajectorySource::target, "the target pose of the hand, valid at the time of the step")
+      .haptic_rate(&Params::rate, {.doc = "targets per second", .in_reference = 10000})
       .table("points", &Params::points, columns, false, "way-points; rx ry rz is a rotation vector")
       .file("file", &Params::file, false,
             "way-points from comma-separated values with columns such as t_s, x_mm, rx [rad]; instead of points")
@@ -171,8 +169,8 @@ NodeInfo TrajectorySource::declare() {
              .default_value = 0,
              .min = 0})
       .real("halt", &Params::halt,
-            {.doc = "time from which on the target rests where it is then, without tremor: what follows shows whether "
-                    "a tool comes to rest; 0: never",
+            {.doc = "time at which the target stops where it is, without tremor, to show whether a tool comes to rest; "
+                    "0: never",
              .unit = "s",
              .default_value = 0,
              .min = 0})

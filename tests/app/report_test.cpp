@@ -127,7 +127,7 @@ BOOST_AUTO_TEST_CASE(where_all_tie_no_method_is_called_the_best) {
   says(text, "No method is nearer to the reference than the others, a tie: RMS error 0.100 N.");
   says(text, "a is smoothest");
   says(text, "Only a has a value of delay: 1 ms. No delay is reported of b.");
-  says(text, "With one seed, nothing tells how much of this is chance.");
+  says(text, "With one seed, it is unknown how much of this is chance.");
 }
 
 BOOST_AUTO_TEST_CASE(few_seeds_tie_where_they_do_not_agree) {

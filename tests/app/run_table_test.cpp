@@ -122,10 +122,11 @@ BOOST_AUTO_TEST_CASE(another_study_is_refused_with_what_has_changed) {
     const std::string found = refusal(file, mode, id, runs);
     BOOST_TEST(found.find(text) != std::string::npos, text << " in " << found);
   };
-  expect(TableMode::create, identity, names, "--resume goes on with them, --overwrite begins anew");
+  expect(TableMode::create, identity, names, "--resume continues them, --overwrite starts anew");
   expect(TableMode::resume, identity, names, "no error");
   expect(TableMode::resume, {"t", "other", "options", "program"}, names, "the study has changed since");
-  expect(TableMode::resume, {"t", "study", "other", "program"}, names, "the options of the command line were others");
+  expect(TableMode::resume, {"t", "study", "other", "program"}, names,
+         "the options of the command line were different");
   expect(TableMode::resume, {"t", "study", "options", "other"}, names, "the program has changed since");
   expect(TableMode::resume, identity, {names[0], {"duck", "a=2", 3, "z"}},
          "the graph, or a file that it names, has changed since: duck a=2, seed 3");
@@ -137,7 +138,8 @@ BOOST_AUTO_TEST_CASE(two_writers_at_once_are_refused) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "t.sqlite";
   const RunTable table(file, TableMode::create, identity, names);
-  BOOST_TEST(refusal(file, TableMode::resume, identity, names).find("found another tactor at it") != std::string::npos);
+  BOOST_TEST(refusal(file, TableMode::resume, identity, names).find("found another tactor writing it") !=
+             std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(a_file_that_is_no_table_is_refused) {

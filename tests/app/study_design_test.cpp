@@ -142,7 +142,7 @@ BOOST_AUTO_TEST_CASE(bad_ranges_designs_and_reports_are_refused_with_their_place
   refused("vary: {x.p: [1]}\ndesign: {latin_hypercube: {}}\n", "expected the key samples");
   refused("vary: {x.p: [1]}\ndesign: latin_hypercube\n", "expected latin_hypercube: {samples: N}");
   refused("vary: {x.p: [1]}\ndesign: gird\n", "did you mean \"grid\"?");
-  refused("design: {latin_hypercube: {samples: 3}}\n", "expected something under `vary` to draw");
+  refused("design: {latin_hypercube: {samples: 3}}\n", "expected parameters under `vary` to sample");
   refused("vary: {seed: {swap: {a: {x.p: 1}}}}\n", "vary.seed: expected a name of your own for the swap; `seed` is a");
   refused("report: pie\n", "report: expected one of table, work_precision, stability");
   refused("report: stability\nvary: {x.p: [1]}\n",

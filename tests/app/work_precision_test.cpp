@@ -132,7 +132,7 @@ BOOST_AUTO_TEST_CASE(a_point_that_lacks_seeds_shows_the_others_and_is_on_no_fron
   const TemporaryFolder folder;
   const std::string page = write_work_precision(folder.path(), study, found);
   for (const char* text : {"incomplete: seeds failed", "not undercut (complete)", "2 of 3 seeds",
-                           "A cross marks what lacks seeds", "it broke"}) {
+                           "A cross marks a method that lacks seeds", "it broke"}) {
     BOOST_TEST(page.find(text) != std::string::npos, text);
   }
   BOOST_TEST(to_json(found)["graphs"][0]["points"][3]["seeds_done"] == 2);

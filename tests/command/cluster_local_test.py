@@ -97,8 +97,8 @@ class SameTable(ClusterTest):
     def test_run_times_are_said_to_be_of_shared_nodes(self):
         study = SMALL + "timing: {repeats: 3, warm_up: 1}\nshort: {seeds: 1, duration: 5 s}\n"
         result = self.cluster(study, "there", "--short", "--wait")
-        self.assertIn("shares with other programs; --exclusive asks for nodes of its own", " ".join(result.stdout.split()))
-        self.assertIn("Run times are of nodes that were shared", " ".join(result.stdout.split()))
+        self.assertIn("shared with other programs; --exclusive asks for exclusive nodes", " ".join(result.stdout.split()))
+        self.assertIn("Run times come from nodes that were shared", " ".join(result.stdout.split()))
         self.assertEqual(self.table("there", "SELECT run, count(*) FROM repeat_times GROUP BY run"), [(0, 3), (1, 3)])
 
     @unittest.skipUnless((FAULT_NODES / "libtactor_fault.so").exists(), "the nodes that crash are not built")
@@ -133,9 +133,9 @@ class TasksThatEnd(ClusterTest):
         self.cluster(LONG, "there", "--chunk", "1 s", "--jobs", "1")
         self.wait_for(lambda: self.shards("there"), "a task had ended")
         self.assertIn("stage", self.ask("there", "--status").stdout)
-        self.assertIn("what has been made is kept", self.ask("there", "--cancel").stdout)
+        self.assertIn("finished results are kept", self.ask("there", "--cancel").stdout)
         done = len(self.shards("there"))
-        self.wait_for(lambda: "--resume makes what is missing" in self.ask("there", "--status").stdout, "all tasks had ended")
+        self.wait_for(lambda: "--resume runs what is missing" in self.ask("there", "--status").stdout, "all tasks had ended")
         self.ask("there", "--resume", "--wait")
         self.assertGreaterEqual(len(self.shards("there")), done)
         self.assert_same("here", "there")
@@ -197,7 +197,7 @@ class TasksThatEnd(ClusterTest):
         for pid in self.tasks_of("there", "runs"):
             os.kill(pid, signal.SIGKILL)
         result = self.ask("there", "--wait", code=1)
-        self.assertIn("12 of 12 runs are missing, in 1 tasks; cluster/jobs/*.log tells why, and --resume makes them", " ".join(result.stdout.split()))
+        self.assertIn("12 of 12 runs are missing, in 1 tasks; cluster/jobs/*.log tells why, and --resume runs them", " ".join(result.stdout.split()))
         self.assertEqual(self.table("there", "SELECT count(*) FROM runs"), [(0,)])
         self.ask("there", "--resume", "--wait")
         self.assert_same("here", "there")

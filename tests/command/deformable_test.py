@@ -48,7 +48,7 @@ class Deformable(CommandTest):
 
     def test_the_cost_of_a_node_that_is_left_out_is_told(self):
         result = self.run_ok("check", "--explain", GRAPHS / "gel_cube/scene.yaml", "--set", "collision.cost={constant: 5 ms}")
-        self.assertIn("its declared cost is left out too: give one to what does its work", " ".join(result.stdout.split()))
+        self.assertIn("its declared cost is left out too: give a cost to the node that does its work", " ".join(result.stdout.split()))
 
     def test_an_open_mesh_cannot_deform(self):
         self.write("open.off", OPEN)
@@ -63,8 +63,8 @@ class Deformable(CommandTest):
         for reason, before, after in (("expected a file that exists", BOX, "mesh: nowhere.off"),
                                       ("did you mean \"young\"?", "young: 20 kPa", "youngs: 20 kPa"),
                                       ("expected at most 0.495", "poisson: 0.45", "poisson: 0.5"),
-                                      ("hold every node of it", "p: [0, 0, -20 mm]", "p: [0, 0, 40 mm]"),
-                                      ("holds the centroid of no tetrahedron", FIXED, FIXED + "\n      inclusions: "
+                                      ("hold all its nodes", "p: [0, 0, -20 mm]", "p: [0, 0, 40 mm]"),
+                                      ("contains no centroid of a tetrahedron", FIXED, FIXED + "\n      inclusions: "
                                        "{lump: {p: [1, 0, 0], radius: 5 mm, young: 200 kPa}}")):
             with self.subTest(reason):
                 result = tactor("run", self.changed((before, after)), "--duration", "0.1", "--out", self.folder / "refused")

@@ -132,7 +132,7 @@ class Devices(CommandTest):
 
     def test_a_line_that_was_typed_before_the_question_is_no_answer_to_it(self):
         terminal = self.trial()
-        terminal.expect("where it is, without a force")
+        terminal.expect("its position, without a force")
         terminal.type("y\n")
         terminal.expect("[y/N] ")
         terminal.type("n\n")

@@ -477,9 +477,9 @@ class Replay(FaultRun):
             file.create_dataset(f"streams/{stream}/data", data=kept, maxshape=(None,), chunks=True)
 
         for path, reason in (
-                (self.folder / "virtual/recording.h5", "is of a run under the virtual clock"),
+                (self.folder / "virtual/recording.h5", "comes from a run under the virtual clock"),
                 (self.folder / "nowhere.h5", "there is no recording"),
-                (graph, "is no HDF5 file"),
+                (graph, "is not an HDF5 file"),
                 (change("torn.h5", lambda file: file.attrs.modify("complete", 0)), "its run did not close it"),
                 (change("lost.h5", lambda file: cut(file, "steps", slice(100, None))), "some steps of node .* were lost"),
                 (change("without.h5", lambda file: file["streams"].pop("steps")), "steps"),

@@ -22,7 +22,7 @@ class Follow(CommandTest):
         self.run_graph(graph, "--duration", "0.5 s", out="out")
         kept = {file.name: file.read_bytes() for file in (self.folder / "out").iterdir()}
         unjudged = self.write("unjudged.yaml", WALL + "nodes: {metrics: ~}\nrecord: [coupling.force]\n")
-        for graph, options, reason in ((unjudged, (), "nothing can follow this run"),
+        for graph, options, reason in ((unjudged, (), "no reference can follow this run"),
                                        (graph, ("--set", "clock=virtual"), "--follow: expected a graph with clock: real")):
             with self.subTest(reason):
                 result = tactor("run", graph, "--follow", "--overwrite", "--out", self.folder / "out", *options)

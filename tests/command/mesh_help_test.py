@@ -172,7 +172,7 @@ class Mesh(CommandTest):
         file, out = self.made("broken/ball_hole.off"), self.write("there.off", "mine")
         self.assertIn("--overwrite replaces it", self.refused("mesh", "repair", file, "--out", out))
         self.assertEqual(out.read_text(), "mine")
-        self.assertIn("another file than the mesh itself", self.refused("mesh", "repair", file, "--out", file, "--overwrite"))
+        self.assertIn("a file other than the mesh itself", self.refused("mesh", "repair", file, "--out", file, "--overwrite"))
         self.assertIn("the ending .off, .obj, .stl or .ply", self.refused("mesh", "repair", file, "--out", self.folder / "x.txt"))
         self.assertIn("--max-hole", self.refused("mesh", "repair", file, "--out", self.folder / "x.off", "--max-hole", "wide"))
         self.assertIn("a file that exists", self.refused("mesh", "check", "none.off"))
@@ -271,7 +271,7 @@ class NewGraph(CommandTest):
         self.assertIn("the widest 0.1 wide (57.74 % of the diagonal)", said)
         self.assertIn("but for the 2 faces that fill holes, 16.7 % of its area,", said)
         self.assertIn("(+20 %)", said)
-        self.assertIn("does not count what fills holes", said)
+        self.assertIn("ignores the faces that fill holes", said)
         self.assertIn("17 % of its surface fills holes", (self.folder / "open/scene.yaml").read_text())
 
     def test_the_size_is_chosen_and_told(self):

@@ -55,7 +55,7 @@ class RecordCosts(CommandTest):
         for name in (self.costs, self.costs / "mine.csv"):
             result = tactor("run", self.graph, "--out", self.folder / "out", "--record-costs", name)
             self.assertEqual(result.returncode, 2, result.stderr)
-            self.assertIn("expected a folder that is not there yet", result.stderr)
+            self.assertIn("expected a folder that does not exist yet", result.stderr)
         self.assertEqual((self.costs / "mine.csv").read_text(), "1\n")
         self.assertFalse((self.folder / "out/summary.json").exists())
 

@@ -163,7 +163,7 @@ class Interrupted(Results):
         run.expect("reference run")
         run.type("\x03")
         self.assertEqual(run.finish(), 1, run.text)
-        self.assertIn("its reference run was interrupted, so no error is told", " ".join(run.text.split()))
+        self.assertIn("its reference run was interrupted, so there are no errors", " ".join(run.text.split()))
         summary = json.loads((self.folder / "mine/summary.json").read_text())
         self.assertEqual((summary["interrupted"], summary["reference_interrupted"]), (False, True))
         self.assertEqual(summary["duration_s"], 20)

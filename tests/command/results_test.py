@@ -127,7 +127,7 @@ class Touching(CommandTest):
 
     def test_a_comparison_in_which_nothing_touches_tests_nothing_and_begins_with_that(self):
         result, found, page = self.compare(WALL, GRAPHS / "wall/refit.yaml", "--duration", "0.4", "--judge", "whole")
-        says = "nothing touches in any run: every force is that of a tool in free space, and no difference is tested"
+        says = "nothing touches in any run: every force is that of a tool in free space, so no difference is tested"
         self.assertTrue(plain(result.stdout).startswith("WARNING: " + says), result.stdout)
         self.assertIn("wall_refit: not tested, nothing touches", plain(result.stdout))
         self.assertNotIn("ANOVA F", result.stdout)

@@ -17,14 +17,14 @@ class Resume(StudyTest):
 
     def test_without_a_table_it_says_that_the_runs_begin_anew(self):
         result = self.study(self.text, "out", "--resume")
-        self.assertRegex(result.stderr, r"--resume: .*study\.sqlite held no runs to go on with; they begin anew")
+        self.assertRegex(result.stderr, r"--resume: .*study\.sqlite held no runs to continue; the study starts anew")
         self.assertEqual(self.runs(), 2)
-        self.assertNotIn("begin anew", self.study(self.text, "out", "--resume").stderr)
+        self.assertNotIn("starts anew", self.study(self.text, "out", "--resume").stderr)
 
     def test_with_an_empty_table_it_says_that_the_runs_begin_anew(self):
         self.file.write_bytes(b"")
         result = self.study(self.text, "out", "--resume")
-        self.assertRegex(result.stderr, r"--resume: .*study\.sqlite held no runs to go on with; they begin anew")
+        self.assertRegex(result.stderr, r"--resume: .*study\.sqlite held no runs to continue; the study starts anew")
         self.assertEqual(self.runs(), 2)
 
     def test_a_table_of_another_kind_is_refused_and_left_as_it_is(self):

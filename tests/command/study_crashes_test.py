@@ -92,7 +92,7 @@ class Crashes(StudyTest):
         self.assertIn("the planning of crashing bad: ended by SIGABRT; the others go on", result.stderr)
         # The table of an earlier command is not taken for this one's.
         result = self.study(None, "out", code=2)
-        self.assertIn("--resume goes on with them, --overwrite begins anew", result.stderr)
+        self.assertIn("--resume continues them, --overwrite starts anew", result.stderr)
         self.study(None, "out", "--resume", code=1)
         self.assertEqual(json.loads(self.bytes_of("out", "study.json"))["runner"]["runs_found"], 6)
 

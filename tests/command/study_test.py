@@ -70,7 +70,7 @@ class Table(StudyTest):
         before = dict(self.table("killed", "SELECT run, cpu_s FROM run_times NATURAL JOIN runs WHERE status = 'done'"))
         self.assertLess(len(before), 360)
         result = self.study(None, "killed", code=2)
-        self.assertIn("--resume goes on with them, --overwrite begins anew", result.stderr)
+        self.assertIn("--resume continues them, --overwrite starts anew", result.stderr)
         self.study(None, "killed", "--resume")
         after = dict(self.table("killed", "SELECT run, cpu_s FROM run_times"))
         self.assertEqual(len(after), 360)
@@ -87,7 +87,7 @@ class Table(StudyTest):
         process.send_signal(signal.SIGINT)
         _, stderr = process.communicate(timeout=120)
         self.assertEqual(process.returncode, 1)
-        self.assertRegex(stderr.decode(), r"interrupted: \d+ of 360 runs are kept in .*study.sqlite; .* --resume goes on")
+        self.assertRegex(stderr.decode(), r"interrupted: \d+ of 360 runs are kept in .*study.sqlite; .* --resume continues")
         kept = self.table("out", "SELECT count(*) FROM runs")[0][0]
         self.assertGreaterEqual(kept, 3)
         self.study(None, "out", "--resume")
@@ -107,13 +107,13 @@ class Table(StudyTest):
         os.kill(children(process.pid)[0], signal.SIGTERM)
         _, stderr = process.communicate(timeout=120)
         self.assertEqual(process.returncode, 1)
-        self.assertIn(b"--resume goes on", stderr)
+        self.assertIn(b"--resume continues", stderr)
 
     def test_two_at_once_are_refused(self):
         (self.folder / "study.yaml").write_text(MANY)
         process = self.start("out", "--jobs", "1")
         result = self.study(None, "out", "--resume", code=2)
-        self.assertIn("found another tactor at it", result.stderr)
+        self.assertIn("found another tactor writing it", result.stderr)
         process.kill()
 
     def test_what_has_changed_is_refused_by_name(self):
@@ -129,7 +129,7 @@ class Table(StudyTest):
         for change, options, said in ((text + "timing: {repeats: 2}\n", (), "the study has changed since"),
                                       (text.replace("0.6", "0.5"), (), "the graph, or a file that it names, has changed since"),
                                       (text + "vary: {device.force_max: [4 N]}\n", (), "its runs are others"),
-                                      (text, ("--seeds", "3"), "the options of the command line were others")):
+                                      (text, ("--seeds", "3"), "the options of the command line were different")):
             self.assertIn(said, self.study(change, "out", "--resume", *options, code=2).stderr)
         graph.write_text(f"extends: {RECORDED}\nnodes: {{device: {{force_max: 3 N}}}}\n")
         result = self.study(text, "out", "--resume", code=2)
@@ -235,7 +235,7 @@ class Failures(StudyTest):
         self.bad(graph + "report: {kind: work_precision, bounds: [hodl]}\n", "study.yaml:3:41: ",
                  "report.bounds: expected a method of the study, found hodl", 'did you mean "hold"?')
         self.bad(graph + "report: {kind: stability, bounds: [hold]}\n", "report.bounds: expected with kind: work_precision alone")
-        self.bad(graph + "reference: none\nreport: work_precision\n", "study.yaml:3:12: ", "reference: none: expected another report")
+        self.bad(graph + "reference: none\nreport: work_precision\n", "study.yaml:3:12: ", "reference: none: expected a report other than")
         self.bad(graph + "reference: nobody\n", "study.yaml:3:12: ", "own, none")
 
     def test_a_metric_that_no_run_reports_is_refused_before_the_first(self):
@@ -248,7 +248,7 @@ class Failures(StudyTest):
         self.bad(graph + "reference: none\nmetrics: [delivered.force.delay_ms]\n", "study.yaml:5:11: ", "no reference run is made")
         self.bad(graph + "report: {kind: work_precision, error: physics.force.rms_eror_N}\n", "study.yaml:4:39: report.error: ",
                  'did you mean "physics.force.rms_error_N"?')
-        self.bad(graph + "report: {kind: work_precision, error: physics.steps}\n", "of which neither is")
+        self.bad(graph + "report: {kind: work_precision, error: physics.steps}\n", "for which neither is declared")
         self.assertFalse((self.folder / "bad" / "study.sqlite").exists())
 
     def test_a_metric_of_some_configurations_alone_is_shown(self):
@@ -424,7 +424,7 @@ report: {{kind: stability, worst: 100}}
         process.send_signal(signal.SIGINT)
         _, stderr = process.communicate(timeout=120)
         self.assertEqual(process.returncode, 1, stderr)
-        self.assertRegex(stderr.decode(), r"interrupted: 16 of 16 runs are kept in .*study.sqlite; .* --resume goes on")
+        self.assertRegex(stderr.decode(), r"interrupted: 16 of 16 runs are kept in .*study.sqlite; .* --resume continues")
         recorded = list((out / "worst").iterdir())
         self.assertLess(len(recorded), 16)
         for folder in recorded:  # what was under way leaves nothing

@@ -69,7 +69,7 @@ class OneRun(CommandTest):
         graph = self.write("graph.yaml", f"extends: {WALL / 'refit.yaml'}\n")
         result = tactor("run", graph, "--duration", "1", "--out", self.folder / "out", environment=self.environment)
         self.assertEqual(result.returncode, 0, result.stderr)
-        self.assertIn("never was warm", result.stdout)
+        self.assertIn("was never warm", result.stdout)
         summary = json.loads((self.folder / "out/summary.json").read_text())
         self.assertEqual(summary["warm"]["all"], False)
         self.assertEqual(summary["warm"]["last"], "refit")
@@ -120,7 +120,7 @@ class OneRun(CommandTest):
 
         self.refused(made("other", rows(2), of="dynamics.force"), "other.h5", "coupling.force")
         self.refused(made("short", rows(1)), "short.h5", "up to the end of the run, 2 s", "1 s")
-        self.refused(made("late", rows(2)[50:]), "late.h5", "from the begin of the run on", "0.5 s")
+        self.refused(made("late", rows(2)[50:]), "late.h5", "from the beginning of the run", "0.5 s")
         self.refused(made("gap", rows(2)[:80] + rows(2)[120:]), "gap.h5", "found none from 0.79 s to 1.2 s")
         whole = made("whole", rows(2))
         closed = self.write("closed.yaml", f"extends: {WALL / 'closed_loop.yaml'}\n")
@@ -129,7 +129,7 @@ class OneRun(CommandTest):
         self.assertIn("closed loop", result.stderr)
         back = rows(2)
         back[50], back[51] = back[51], back[50]
-        self.refused(made("back", back), "back.h5", "times that grow", "message 51")
+        self.refused(made("back", back), "back.h5", "increasing times", "message 51")
         heads_of_state = self.run_ok("export", recording, "device.truth").stdout.splitlines()
         self.refused(made("type", heads_of_state[1:], "DeviceState", head=heads_of_state[0]), "type.h5", "Wrench", "DeviceState")
 
@@ -164,7 +164,7 @@ duration: 5.5 s
     def test_the_whole_is_judged_where_that_is_asked_for(self):
         self.study(self.STUDY, "whole", "--judge", "whole", "--seeds", "1")
         self.assertEqual({float(line["judged.from_s"]) for line in self.lines("whole")}, {SETTLE})
-        self.assertIn("judged from the start of the runs, their cold start with it", (self.folder / "whole/report.html").read_text())
+        self.assertIn("metrics from the start of the runs, including their cold start", (self.folder / "whole/report.html").read_text())
         self.study(self.STUDY + "judge: whole\n", "said", "--seeds", "1")
         self.assertEqual({float(line["judged.from_s"]) for line in self.lines("said")}, {SETTLE})
         result = self.study(self.STUDY + "judge: most\n", "wrong", code=2)

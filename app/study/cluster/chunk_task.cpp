@@ -53,7 +53,7 @@ class Scratch {
     is_own_ = false;
     std::error_code none;
     const fs::path own = fs::temp_directory_path(none);
-    tell_note(fmt::format("{}: no room for a shard of this task; it is written below {} at once",
+    tell_note(fmt::format("{}: no room for a shard of this task; it is written directly below {}",
                           none ? "TMPDIR" : own.string(), shards_.string()));
     folder_.emplace(shards_, "scratch-");
   }
@@ -148,7 +148,7 @@ class ChunkTask {
     const std::optional<Shard> there = read_shard(target_);
     if (!there) return false;
     if (there->complete && belongs(there->head)) return true;
-    tell_note(fmt::format("{}: {}; what is missing is made anew", target_.string(),
+    tell_note(fmt::format("{}: {}; the missing part is made again", target_.string(),
                           there->damage.empty() ? "it is of another study, or not whole" : there->damage));
     std::error_code ignored;
     if (belongs(there->head)) fs::rename(target_, part(), ignored);
@@ -196,8 +196,8 @@ class ChunkTask {
         const auto expected = plan_.code.find(file);
         if (expected == plan_.code.end() || expected->second == hash) continue;
         throw InputError(
-            fmt::format("{}: the program has changed since the study was submitted; put the old one back, "
-                        "or begin anew with --overwrite",
+            fmt::format("{}: the program has changed since the study was submitted; restore the old one, or start anew "
+                        "with --overwrite",
                         file));
       }
       if (found.result == CheckResult::planned && found.content == planned_.checks[c].content) return true;
@@ -240,7 +240,7 @@ class ChunkTask {
 
   void check_recording(std::size_t run) const {
     if (plan_.recordings.empty() || plan_.recordings[run] == planned_.recording_hash(run)) return;
-    throw InputError(fmt::format("{}: the recording that judges it has changed since the study was submitted",
+    throw InputError(fmt::format("{}: the recording used as the reference has changed since the study was submitted",
                                  planned_.name_of(run)));
   }
 

@@ -95,7 +95,7 @@ void refuse_study_folder(const fs::path& out, bool overwrite) {
     throw InputError(fmt::format(
         "--out {}: expected no study there yet, found {}; {}--overwrite begins anew", out.string(),
         folder.is_there() ? "one that was handed to a cluster" : "the runs of one",
-        folder.is_there() ? fmt::format("tactor study {} --resume goes on with it, ", out.string()) : std::string()));
+        folder.is_there() ? fmt::format("tactor study {} --resume continues it, ", out.string()) : std::string()));
   }
   if (!folder.is_there()) return;
   std::optional<ClusterOptions> options;
@@ -128,12 +128,10 @@ void tell_submitted(const ClusterPlan& plan, const ClusterFolder& folder, const 
     fmt::print("{}: {} runs, handed to {}; tasks: {}\n", plan.spec.name, plan.planned.runs(), system.title, tasks);
   }
   fmt::print("  jobs {}\n", fmt::join(jobs_of(submissions), " "));
-  fmt::print("  tactor study {0} --status tells how far it is; --wait, --cancel and --resume do what they say\n",
+  fmt::print("  tactor study {0} --status shows its progress; --wait, --cancel and --resume work on it too\n",
              folder.out().string());
   if (plan.spec.repeats > 1 && !plan.exclusive) {
-    fmt::print(
-        "  its run times will be of nodes that it shares with other programs; --exclusive asks for nodes of its "
-        "own\n");
+    fmt::print("  its run times come from nodes shared with other programs; --exclusive asks for exclusive nodes\n");
   }
   std::fflush(stdout);
 }
@@ -231,7 +229,7 @@ int cancel_cluster_study(const fs::path& out) {
   cancel_jobs(study.system, alive);
   fmt::print("{}\n", alive.empty()
                          ? std::string("nothing waits or runs any more")
-                         : fmt::format("cancelled jobs {}; what has been made is kept", fmt::join(alive, " ")));
+                         : fmt::format("cancelled jobs {}; finished results are kept", fmt::join(alive, " ")));
   return 0;
 }
 

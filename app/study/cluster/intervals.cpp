@@ -28,7 +28,7 @@ int find_intervals(const ClusterPlan& plan, const ClusterFolder& folder) {
   for (std::size_t chunk = 0; stage != nullptr && chunk < stage->chunks(); ++chunk) {
     const std::optional<Shard> shard = read_shard(folder.shard(StageKind::warm, chunk));
     if (!shard || !shard->complete || !shard->head.is_of(plan.key, name_of(StageKind::warm), chunk)) {
-      throw RunError(fmt::format("{}: expected a whole shard, found {}; --resume makes it",
+      throw RunError(fmt::format("{}: expected a complete shard, found {}; --resume makes it again",
                                  folder.shard(StageKind::warm, chunk).string(), shard ? "a damaged one" : "none"));
     }
     for (const auto& [unit, answer] : shard->records) {
@@ -63,8 +63,8 @@ std::vector<JudgedFrom> read_intervals(const ClusterPlan& plan, const ClusterFol
   const std::optional<std::string> bytes = read_checked(folder.intervals());
   if (!bytes) {
     throw RunError(
-        "it is not known yet from when on runs are warm, because tasks of the stage warm are missing; "
-        "--resume makes them");
+        "the time at which runs are warm is not known yet, because tasks of the stage warm are missing; --resume runs "
+        "them");
   }
   const auto found = from_bytes<FoundIntervals>(*bytes);
   if (found.plan != plan.key) throw RunError(folder.intervals().string() + ": it is of another study");

@@ -104,7 +104,7 @@ Measured measure_costs(const PlannedCases& planned, WorkerPool& pool, const std:
       return true;
     };
     batch.lost = [](std::size_t, const Ending&) {};  // it says so again when it runs
-    if (!pool.run(batch)) throw RunError("interrupted while a few runs were measured; nothing was submitted");
+    if (!pool.run(batch)) throw RunError("interrupted while the first runs were measured; nothing was submitted");
   };
   std::vector<std::size_t> with_reference, warmed;
   for (const std::size_t c : cases) {
@@ -116,7 +116,7 @@ Measured measure_costs(const PlannedCases& planned, WorkerPool& pool, const std:
   make(JobKind::reference, with_reference, references, "reference runs");
   make(JobKind::warm_up, warmed, warm, "when runs are warm");
   make(JobKind::run, cases, runs, "a few runs");
-  if (runs.empty() && note) note("all runs that were tried failed, so how long a task will take is a guess");
+  if (runs.empty() && note) note("all trial runs failed, so the expected time of a task is a guess");
   return {{all_costs(planned, warm), all_costs(planned, references), all_costs(planned, runs)},
           {depends.begin(), depends.end()}};
 }

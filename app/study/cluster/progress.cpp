@@ -141,7 +141,7 @@ std::string progress_text(const ClusterPlan& plan, const ClusterFolder& folder, 
   }
   if (!progress.merge_said.empty()) text += fmt::format("  the merge has failed: {}\n", progress.merge_said);
   text += complaints(folder);
-  return text + fmt::format("  nothing waits or runs any more: tactor study {} --resume makes what is missing\n",
+  return text + fmt::format("  nothing waits or runs any more: tactor study {} --resume runs what is missing\n",
                             folder.out().string());
 }
 

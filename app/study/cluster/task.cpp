@@ -26,7 +26,7 @@ std::vector<std::string> warnings_of(const MergedShards& merged, const ClusterPl
   std::vector<std::string> warnings;
   const auto say = [&](std::string text) { warnings.push_back(std::move(text)); };
   if (merged.missing_runs > 0) {
-    say(fmt::format("{} of {} runs are missing, in {} tasks; cluster/jobs/*.log tells why, and --resume makes them",
+    say(fmt::format("{} of {} runs are missing, in {} tasks; cluster/jobs/*.log tells why, and --resume runs them",
                     merged.missing_runs, plan.planned.runs(), merged.missing_chunks.size()));
   }
   if (merged.left_out > 0) {
@@ -54,7 +54,7 @@ std::vector<std::string> where_of(const MergedShards& merged, const ClusterPlan&
                                                   merged.twice, merged.unlike_twice.size()));
   if (plan.spec.repeats > 1) {
     where.push_back(plan.exclusive ? "Each task had its node to itself."
-                                   : "Run times are of nodes that were shared with other programs.");
+                                   : "Run times come from nodes that were shared with other programs.");
   }
   return where;
 }
@@ -65,7 +65,7 @@ int merge_and_report(ClusterPlan& plan, const ClusterFolder& folder) {
   for (std::size_t run = 0; run < plan.recordings.size(); ++run) {
     if (plan.recordings[run] == plan.planned.recording_hash(run)) continue;
     throw InputError(plan.planned.name_of(run) +
-                     ": the recording that judges it has changed since the study was submitted");
+                     ": the recording used as the reference has changed since the study was submitted");
   }
   MergedShards merged = merge_shards(plan, folder, folder.out() / "study.sqlite");
   CasesOutcome outcome;

@@ -209,9 +209,9 @@ std::set<StabilityVerdict> verdicts_of(const StabilityMaps& maps) {
 const char* meaning_of(StabilityVerdict verdict) {
   switch (verdict) {
     case StabilityVerdict::stable:
-      return "Stable: none of the others.";
+      return "Stable: none of the verdicts below.";
     case StabilityVerdict::limit_cycle:
-      return "Limit cycle: the tool goes on oscillating while it is to be at rest.";
+      return "Limit cycle: the tool keeps oscillating when it should be at rest.";
     case StabilityVerdict::pushed_through:
       return "Pushed through: the tool rests where the static balance does not allow it.";
     case StabilityVerdict::energy:
@@ -267,8 +267,8 @@ StabilityMaps stability_maps(const Study& study) {
   if (ran && !judged) {
     throw InputError(
         study.spec.file.string() +
-        ": report: stability: expected a graph whose sink.metrics tells stability.verdict, found none; connect "
-        "its inputs state and device, and give `rest`, the time at the end that is to be quiet");
+        ": report: stability: expected a graph whose sink.metrics tells stability.verdict, found none; connect its "
+        "inputs state and device, and give `rest`, the time at the end in which the tool should be at rest");
   }
   const std::size_t columns = maps.x.values.size(), rows = maps.y.values.size();
   const std::size_t cells = columns * rows;
@@ -448,11 +448,9 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
   std::string meanings;
   for (const StabilityVerdict verdict : verdicts_of(maps)) meanings += std::string(" ") + meaning_of(verdict);
   std::string body = fmt::format(
-      "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>A cell is as bad as the worst of its seeds.{} "
-      "Verdicts "
-      "that no cell has are not told of.{}</p>\n"
-      "<p>Peak energy is the most that the tool had at a time in its speed and, where it was above its "
-      "start, in height.</p>\n",
+      "<p class=\"sub\">{}{}{} seed{} from {}; tactor {}</p>\n<p>A cell is as bad as the worst of its seeds.{} The "
+      "legend leaves out verdicts that no cell has.{}</p>\n<p>Peak energy is the largest energy of the tool at any "
+      "time: kinetic energy, plus the energy of its height if it was above its start.</p>\n",
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION, meanings,
       any_own(maps) ? " A frame is round the cell whose values are the graph's own." : "");

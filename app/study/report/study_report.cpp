@@ -200,8 +200,8 @@ std::string arrows_html() {
 std::string failures_html(const Comparison& comparison) {
   const std::string failures = failures_text(comparison);
   if (failures.empty()) return {};
-  return "<h2>Runs that failed</h2>\n<p>Their metrics are missing; means are over the seeds that are "
-         "there.</p>\n<pre>" +
+  return "<h2>Runs that failed</h2>\n<p>Their metrics are missing; means cover only the seeds that "
+         "succeeded.</p>\n<pre>" +
          escape(failures) + "</pre>\n";
 }
 
@@ -227,7 +227,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   body += "</ul>\n" + scene;
 
   body += "<h2>Error and run time</h2>\n" + judged_html(comparison) + arrows_html() +
-          "<p>★: the best of its row, and what ties with it: alike in three digits, or within the spread of the "
+          "<p>★: the best of its row, and those that tie with it: equal in three digits, or within the spread of the "
           "seeds</p>\n" +
           compare_tables(comparison) + timing_html(timing);
   body += significance_table(comparison, comparison.rows.front().graph) + failures_html(comparison);

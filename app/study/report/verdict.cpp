@@ -216,7 +216,7 @@ std::string sentences(const Comparison& comparison, const TimingNote& timing) {
   for (const Subject& subject : subjects) text += Speaker(comparison, subject).sentences() + "<br>\n";
   text += cost_sentence(comparison, timing) + not_ranked(comparison);
   const std::size_t seeds = rows[ranked.front()].seeds_done();
-  if (seeds == 1) text += "<br>\nWith one seed, nothing tells how much of this is chance.";
+  if (seeds == 1) text += "<br>\nWith one seed, it is unknown how much of this is chance.";
   if (seeds == 2 || seeds == 3) {
     text += fmt::format("<br>\nWith {} seeds, small differences may be chance.", seeds);
   }

@@ -324,11 +324,10 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION,
       found.graphs.size() > 1 ? "over all graphs, each seed has the geometric mean of theirs; " : "",
       found.better == Better::higher ? "larger" : "smaller",
-      study.spec.bounds.empty() ? "" : "Hollow marks are bounds, which no method can be asked to undercut. ",
-      incomplete
-          ? "A cross marks what lacks seeds, because runs failed: it shows the seeds that are there, has no ring "
-            "and takes none from others, for the seeds it lacks may be the hard ones. "
-          : "",
+      study.spec.bounds.empty() ? "" : "Hollow marks are bounds, which no method can undercut. ",
+      incomplete ? "A cross marks a method that lacks seeds because runs failed. It shows the existing seeds only, and "
+                   "is excluded from the Pareto front, because the missing seeds may be the hard ones. "
+                 : "",
       escape(timing.text));
   body += warnings_html(study.comparison);
   if (!timing.warning.empty()) body += "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";

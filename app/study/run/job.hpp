@@ -93,7 +93,7 @@ std::string to_message(const JobCost& cost);
 std::string to_message(const CaseCheck& check);
 std::string to_message(const WarmUp& warm_up);
 std::string to_message(const RunAnswer& answer);
-/// For Job, JobCost, CaseCheck, WarmUp and RunAnswer. Throws RunError where the text is none.
+/// For Job, JobCost, CaseCheck, WarmUp and RunAnswer. Throws RunError if the text is invalid.
 template <class T>
 T from_message(const std::string& text);
 

@@ -103,8 +103,8 @@ Time rounded_up(Time time) {
 }
 
 std::string advice_on_warmth() {
-  return "; what is compared is judged where all of it is warm: make the runs longer (duration) or what has to fill "
-         "shorter, or say `judge: whole` (--judge whole) to judge the cold start too";
+  return "; runs are compared only from when all of them are warm: make the runs longer (duration), shorten the "
+         "windows that must fill, or set `judge: whole` (--judge whole) to include the cold start";
 }
 
 /// A judged interval that is a small rest of the run would say little of it.
@@ -114,8 +114,8 @@ void refuse_too_short(const PlannedCases& planned, const std::vector<JudgedFrom>
   const double duration = planned.checks[c].duration_s;
   if (judged.from == Time{} || duration - judged.from.seconds() >= least_s || planned.obstacles[c]) return;
   throw InputError(
-      fmt::format("{}: expected {} s or more of the run after all that it is compared with is warm, "
-                  "found {:.1f} s: the run lasts {:.6g} s, and {} is warm at {:.6g} s{}",
+      fmt::format("{}: expected at least {} s of the run after all compared runs are warm, found {:.1f} s: the run "
+                  "lasts {:.6g} s, and {} is warm at {:.6g} s{}",
                   case_name(planned.graph_of(c), planned.cases[c].configuration), least_s,
                   std::max(0.0, duration - judged.from.seconds()), duration, judged.last, judged.from.seconds(),
                   advice_on_warmth()));

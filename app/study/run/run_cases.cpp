@@ -33,7 +33,7 @@ class StudyRunner {
     make_folder(options_.table.parent_path());
     RunTable table(options_.table, options_.mode, planned_.settings.identity, planned_.names());
     if (options_.mode == TableMode::resume && table.is_new()) {
-      note(fmt::format("--resume: {} held no runs to go on with; they begin anew", options_.table.string()));
+      note(fmt::format("--resume: {} held no runs to continue; the study starts anew", options_.table.string()));
     }
     const std::vector<bool> finished = table.finished();
     CasesOutcome outcome;

@@ -169,8 +169,8 @@ CaseCheck StudyWorker::check(const Job& job) {
     const Plan plan = plan_of(job, job.overrides);
     if (plan.graph.clock == Clock::real) {
       throw InputError(job.graph.string() +
-                       ": clock: real: expected clock: virtual, under which all pipelines meet the same "
-                       "conditions; add --set clock=virtual");
+                       ": expected clock: virtual, under which all pipelines meet the same conditions, found clock: "
+                       "real; add --set clock=virtual");
     }
     add_codes(plan, found.codes);
     found.notes = checks_.check(plan);

@@ -87,10 +87,10 @@ void read_baseline(const Tree* tree, StudySpec& study, Diagnostics& diagnostics)
     }
     const bool of_methods = entry.key == methods_axis;
     if (study.design == StudyDesign::latin_hypercube && !of_methods) {
-      diagnostics.error(entry.place, path +
-                                         ": expected method, because the draws of a hypercube have no counterparts on "
-                                         "an axis, found " +
-                                         entry.key);
+      diagnostics.error(
+          entry.place,
+          path + ": expected method, because the samples of a hypercube have no counterparts on an axis, found " +
+              entry.key);
     } else if (study.design == StudyDesign::one_at_a_time && !of_methods && value != axis->values.front()) {
       diagnostics.error(entry.value.place, path + ": expected the first value of the axis, " + axis->values.front() +
                                                ", which every row has a counterpart at with design: one_at_a_time, "

@@ -385,8 +385,8 @@ class StudyReader {
     if (const Tree* t = tree.value("recording")) {
       if (tree.entries.size() > 1) {
         diagnostics_.error(t->place,
-                           "reference.recording: expected no other key beside it: a recording is the truth "
-                           "as it is, and nothing is run for it");
+                           "reference.recording: expected no other key beside it: a recording is used as the reference "
+                           "directly, and nothing is run for it");
       }
       const std::string recording = read_text(*t, "reference.recording", diagnostics_).value_or("");
       if (!recording.empty()) study.reference_recording = (study.file.parent_path() / recording).lexically_normal();
@@ -486,12 +486,12 @@ class StudyReader {
     };
     if (study.design == StudyDesign::latin_hypercube && study.vary.empty()) {
       diagnostics_.error(place_of("design"),
-                         "design: latin_hypercube: expected something under `vary` to draw, found nothing");
+                         "design: latin_hypercube: expected parameters under `vary` to sample, found none");
     }
     if (study.report == StudyReport::work_precision && study.without_reference) {
-      diagnostics_.error(place_of("reference"),
-                         "reference: none: expected another report than work_precision, whose errors need a reference "
-                         "run, found that");
+      diagnostics_.error(
+          place_of("reference"),
+          "reference: none: expected a report other than work_precision, because its errors need a reference run");
     }
     if (study.report != StudyReport::stability) return;
     if (study.vary.size() != 2) {

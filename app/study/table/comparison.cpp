@@ -310,7 +310,7 @@ TimingNote timing_note(const Comparison& comparison, Repeats repeats) {
     }
   }
   return timing_note(control, spreads, repeats, spread_warning(comparison),
-                     "measure anew on an idle machine, a study with --jobs 1");
+                     "measure again on an idle machine, a study with --jobs 1");
 }
 
 std::optional<SeedSpread> seed_spread(const std::vector<std::uint64_t>& seeds, std::span<const double> by_seed,
@@ -357,12 +357,12 @@ std::vector<std::string> judged_sentences(const Comparison& comparison) {
     // The rows of a group are judged alike; those of a study are the configurations of a graph.
     if (row.judged.last.empty() || row.judged.last == last) continue;
     last = row.judged.last;
-    sentences.push_back(fmt::format("{}judged from {} s on, when all that is compared is warm (last: {})",
+    sentences.push_back(fmt::format("{}metrics from {} s on, when all compared runs are warm (last: {})",
                                     alike ? "" : row.graph + ": ", pretty(judged_from_s(row)), last));
   }
   if (std::any_of(comparison.rows.begin(), comparison.rows.end(),
                   [](const CompareRow& row) { return row.judged.cold; })) {
-    sentences.emplace_back("judged from the start of the runs, their cold start with it (judge: whole)");
+    sentences.emplace_back("metrics from the start of the runs, including their cold start (judge: whole)");
   }
   sentences.push_back(fmt::format("metrics by version {} of their definitions", metric_definitions));
   return sentences;

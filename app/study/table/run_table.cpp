@@ -206,7 +206,7 @@ struct RunTable::Database {
     while (meta.step()) found[meta.text(0)] = meta.text(1);
     if (found["layout"] != layout) return "it was written by another version of tactor";
     if (found["study"] != identity.study) return "the study has changed since";
-    if (found["options"] != identity.options) return "the options of the command line were others";
+    if (found["options"] != identity.options) return "the options of the command line were different";
     if (found["program"] != identity.program) return "the program has changed since";
     std::size_t i = 0;
     Statement name(db, path, "SELECT graph, configuration, seed, content FROM names ORDER BY run");
@@ -231,7 +231,7 @@ RunTable::RunTable(fs::path path, TableMode mode, const TableIdentity& identity,
   const bool exists = fs::exists(path_, ignored);
   if (exists && mode == TableMode::create) {
     throw InputError(
-        fmt::format("{}: expected no runs there yet, found some; --resume goes on with them, --overwrite begins anew",
+        fmt::format("{}: expected no runs there yet, found some; --resume continues them, --overwrite starts anew",
                     path_.string()));
   }
   db_->take_lock();

@@ -57,7 +57,7 @@ struct TableIdentity {
 
 enum class TableMode : std::uint8_t {
   create,     ///< an existing table is an error
-  resume,     ///< goes on with an existing one, where there is one, and takes out of it what may end otherwise now
+  resume,     ///< continues an existing one, if there is one, and removes the runs that may end differently now
   overwrite,  ///< begins anew
 };
 

@@ -35,15 +35,15 @@ std::vector<std::string> comparison_warnings(const Comparison& comparison) {
   const std::size_t count = untouched.size();
   if (count == comparison.rows.size() && count > 0) {
     warnings.emplace_back(
-        "nothing touches in any run: every force is that of a tool in free space, and no difference is tested");
+        "nothing touches in any run: every force is that of a tool in free space, so no difference is tested");
   } else if (count > 0) {
     if (count > most_named) {
       untouched.resize(most_named);
       untouched.emplace_back("...");
     }
     warnings.push_back(
-        fmt::format("nothing touches in any run of {} of {} rows: {}; where a row and what it is judged "
-                    "against have no contact, their difference is not tested",
+        fmt::format("nothing touches in any run of {} of {} rows: {}; if neither a row nor its baseline has contact, "
+                    "their difference is not tested",
                     count, comparison.rows.size(), fmt::join(untouched, ", ")));
   }
   return warnings;
@@ -89,7 +89,7 @@ std::string scene_difference(const Scene& scene, const Scene& of_other, const st
     if (find(of_other, mine.name) == nullptr) parts.push_back("has the body " + mine.name + " besides");
   }
   if (parts.empty()) return {};
-  return fmt::format("its scene is not that of {}: it {}; what differs is not the method alone", other,
+  return fmt::format("its scene differs from that of {}: it {}; so more than the method differs", other,
                      fmt::join(parts, ", "));
 }
 

@@ -34,7 +34,7 @@ class FoxgloveMessages {
   FoxgloveMessages(const std::string& hello, std::span<const std::string> meshes);
 
   [[nodiscard]] const std::vector<FoxgloveChannel>& channels() const { return channels_; }
-  /// Of the channels whose messages whoever comes later needs too: the bodies, and where they are at first.
+  /// The channels whose messages a late viewer needs too: the bodies, and their first poses.
   [[nodiscard]] const std::vector<FoxgloveMessage>& first() const { return first_; }
   /// Adds what a chunk holds of the channels that are wanted.
   void add(std::string_view chunk, const std::vector<bool>& wanted, std::vector<FoxgloveMessage>& messages);

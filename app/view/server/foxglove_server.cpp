@@ -302,7 +302,7 @@ void Viewer::read() {
 
 void Viewer::take(std::string_view text) {
   const std::optional<FoxgloveRequest> request = read_foxglove_text(text);
-  if (!request) return send(status_text(level_warning, "this is no request of the Foxglove WebSocket protocol"));
+  if (!request) return send(status_text(level_warning, "this is not a request of the Foxglove WebSocket protocol"));
   switch (request->kind) {
     case FoxgloveRequest::Kind::subscribe:
       return subscribe(*request);

@@ -27,7 +27,7 @@ struct FoxgloveRequest {
   std::string id;                                                      ///< of the request; may be empty
 };
 
-/// Nothing where the text is none that a viewer would send.
+/// Empty if the text is not a valid message of a viewer.
 std::optional<FoxgloveRequest> read_foxglove_text(std::string_view text);
 
 }  // namespace tactor

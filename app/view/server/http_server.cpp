@@ -409,7 +409,7 @@ void Connection::read() {
         error == http::error::partial_message) {
       return;
     }
-    if (error) return self->refuse(http::status::bad_request, "this is no request that the view knows");
+    if (error) return self->refuse(http::status::bad_request, "this is not a request that the view knows");
     self->answer(self->parser_->get());
   });
 }
@@ -417,11 +417,11 @@ void Connection::read() {
 void Connection::answer(const http::request<http::empty_body>& request) {
   const auto text = [](const auto& field) { return std::string_view(field.data(), field.size()); };
   if (request.count(http::field::host) != 1 || !is_own_host(text(request[http::field::host]))) {
-    return refuse(http::status::misdirected_request, "this server is localhost and 127.0.0.1 alone");
+    return refuse(http::status::misdirected_request, "this server answers only to localhost and 127.0.0.1");
   }
   if (websocket::is_upgrade(request)) return open_page(request);
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
-    return refuse(http::status::method_not_allowed, "the view gives files alone");
+    return refuse(http::status::method_not_allowed, "the view serves only files");
   }
   const std::string_view target = text(request.target());
   for (const ViewFile& file : view_files()) {
@@ -440,7 +440,7 @@ void Connection::open_page(const http::request<http::empty_body>& request) {
     return refuse(http::status::not_found, "there is no such stream");
   }
   if (!is_same_origin(text(http::field::origin), text(http::field::host))) {
-    return refuse(http::status::forbidden, "the page is of another origin");
+    return refuse(http::status::forbidden, "the page has another origin");
   }
   const auto token = offered_token(text(http::field::sec_websocket_protocol));
   if (!token || !same_secret(*token, server_.token)) {

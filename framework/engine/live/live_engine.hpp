@@ -25,12 +25,12 @@ class LiveEngine {
   virtual void add_stop_tap(Tap& tap) = 0;
   virtual void remove_tap(const Tap& tap) = 0;
 
-  /// A message of the fed node `node`, valid at `valid` or, where that is none, now; false, and nothing is sent, where
+  /// A message of the fed node `node`, valid at `valid`, or now if that is empty; false, and nothing is sent, where
   /// an edge of policy `block` has no room. While it runs, any thread.
   virtual bool feed(std::size_t node, std::optional<Time> valid, const void* value) = 0;
   /// New parameters for the node, from its next step on; the time from which they hold. While it runs, any thread.
   virtual Time tune(std::size_t node, std::shared_ptr<const void> params) = 0;
-  /// True where no step of the node goes on with older parameters than it was given last. While it runs, any thread.
+  /// True if no step of the node still runs with older parameters than the last ones. While it runs, any thread.
   [[nodiscard]] virtual bool is_tuned(std::size_t node) = 0;
 
   /// Sets a question whose yes ends the run. It is asked about fifty times a second on a thread of the engine and does

@@ -178,7 +178,7 @@ void LiveRun::Engine::finish(const std::function<void()>& while_waiting) {
       fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") does not come back from its step");
     }
     for (const std::size_t n : devices_not_at_rest()) {
-      fail("device node " + plan_.nodes[n].name + " has not come to rest: its last force may still act");
+      fail("device node " + plan_.nodes[n].name + " has not stopped: its last force may still act");
     }
     drain_loops();
   }

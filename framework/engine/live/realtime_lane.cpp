@@ -57,7 +57,7 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
   if (inputs_.size() > TickEvent::most_inputs) {
     throw InputError("node " + plan.nodes[node].name + ": " + std::to_string(inputs_.size()) +
                      " edges end there, and " + std::to_string(TickEvent::most_inputs) +
-                     " may in the real-time lane; put it into another lane");
+                     " are allowed in the real-time lane; put the node into another lane");
   }
   const std::size_t largest = largest_payload(info);
   sent_.reserve(most_sent);

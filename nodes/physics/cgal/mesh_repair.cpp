@@ -167,7 +167,7 @@ class Repair {
       if (is_flat(f)) {
         refuse_repairable("face " + std::to_string(numbers_[f]) + " at " +
                           text(surface_.point(corners_of(surface_, f)[0])) +
-                          " has no area and cannot be taken out; remove it in a modeller");
+                          " has no area and cannot be removed automatically; remove it in a modeller");
       }
     }
     if (surface_.number_of_faces() == 0) refuse("no face has an area; export the surface as polygons");
@@ -190,7 +190,7 @@ class Repair {
                       " of faces meet where they are not neighbours, the first faces " + std::to_string(first.first) +
                       " and " + std::to_string(first.second) + " near " +
                       text(surface_.point(corners_of(surface_, place)[0])) +
-                      "; unite parts that overlap (a Boolean union) in a modeller");
+                      "; unite overlapping parts (a Boolean union) in a modeller");
   }
 
   /// Outer shells look outwards, cavities into themselves.
@@ -217,7 +217,7 @@ class Repair {
     const double volume = mass_properties(mesh).volume, area = surface_area(mesh);
     constexpr double least_thickness = 1e-9;
     if (!(volume > least_thickness * norm(bounds_of(mesh).size()) * area)) {
-      refuse("the surface encloses no volume worth the name (" + std::to_string(volume) +
+      refuse("the surface encloses almost no volume (" + std::to_string(volume) +
              " cubic units of the file); contact needs a body with a thickness");
     }
     constexpr double least_height = 1e-12, thin_height = 1e-4;

@@ -139,7 +139,8 @@ class Rework {
     }
     if (cuts > 0) tell(counted(cuts, "edge") + were(cuts) + "cut at a vertex that lay on it");
     const std::size_t fins = remove_fins(soup_, change_.removed);
-    if (fins > 0) tell(counted(fins, "face") + were(fins) + "removed that stood on the surface or parted its inside");
+    if (fins > 0)
+      tell(counted(fins, "face") + were(fins) + "removed that stuck out of the surface or divided its inside");
   }
 
   void orient() {
@@ -222,7 +223,7 @@ class Rework {
     if (!result.failed.empty()) {
       const Hole& hole = result.failed.front();
       throw InputError(file_ + ": the hole about " + place_text(hole.place) + " with " + counted(hole.edges, "edge") +
-                       " cannot be filled: its rim cuts itself or is no ring" + wrap_hint);
+                       " cannot be filled: its rim cuts itself or is not a ring" + wrap_hint);
     }
     const Hole hole = widest(result.filled);
     const auto too_wide = static_cast<std::size_t>(std::count_if(
@@ -238,7 +239,8 @@ class Rework {
     double filling = 0;
     for (const Corners& t : result.patches) filling += area_of(t);
     if (!options_.sheets && filling > 0.5 * old_area_) {
-      throw InputError(file_ + ": the mesh is an open sheet rather than a body with a hole: what would close it has " +
+      throw InputError(file_ +
+                       ": the mesh is an open sheet rather than a body with a hole: the patch to close it has " +
                        short_text(100 * filling / old_area_) + " % of its area; --max-hole " +
                        short_text(1.01 * hole.width) + " closes it nevertheless");
     }
@@ -343,7 +345,8 @@ class Rework {
   /// What untangling left open.
   TriangleMesh mended(const TriangleMesh& mesh) const {
     if (mesh.faces.empty()) {
-      throw InputError(file_ + ": the surface cuts itself so often that nothing of it would be left" + wrap_hint);
+      throw InputError(file_ + ": the surface cuts itself so often that a repair would leave nothing of it" +
+                       wrap_hint);
     }
     if (is_closed(mesh)) return mesh;
     return fill_holes(mesh).mesh;

@@ -185,7 +185,7 @@ TetMesh volume_mesh(const TriangleMesh& solid, const VolumeFineness& fineness, c
     return tetrahedra_of(best.complex, unit);
   }
   throw InputError(file +
-                   ": no tetrahedra came about in the surface, which is too thin or too sharp for so few; ask for more "
+                   ": no tetrahedra fit into the surface, which is too thin or too sharp for so few; ask for more "
                    "tetrahedra (a smaller cell_size)");
 }
 

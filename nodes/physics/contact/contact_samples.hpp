@@ -20,7 +20,7 @@ struct ContactSamples {
 /// for a capsule of radius r sqrt(0.08) r, with which the error below is no more than a hundredth of r at touch.
 double default_spacing(const Shape& shape);
 
-/// That of a box which meets others whose own spacing is `others` (m) at the least: not coarser than theirs, so that no
+/// The spacing of a box that meets others whose smallest spacing is `others` (m): not coarser than theirs, so that no
 /// sample stands for more of a surface than a body that lies on it covers. Not so fine that the box has many more
 /// than 200,000 samples.
 double box_spacing(const BoxShape& box, double others);

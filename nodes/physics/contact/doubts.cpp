@@ -87,7 +87,7 @@ std::vector<std::string> doubts_of_spacing(std::span<const ContactBody> bodies, 
     if (!sampled[i] || !(spacing > usual * (1 + 1e-9))) continue;
     notes.push_back("body '" + bodies[i].name + "': warning: a spacing of contact samples of " + length(spacing) +
                     " is large for a body that is " + length(longest) +
-                    " long: it may go into another by so much before a contact is found; give at most " +
+                    " long: it may go that deep into another body before a contact is found; give at most " +
                     length(usual) + ", or 0, which chooses by the body");
   }
   return notes;
@@ -110,14 +110,15 @@ std::vector<std::string> doubts_of_path(std::span<const ContactBody> bodies, con
     longest = std::max(longest, body.box.longest());
   }
   if (alone && bodies.size() > 1 && gap > 0) {
-    notes.push_back("warning: the hand does not lead the tool '" + tool.name + "' to any body: it keeps " + about(gap) +
-                    " away, by the boxes about them; the tool touches only where gravity or its own start brings it");
+    notes.push_back(
+        "warning: the hand does not lead the tool '" + tool.name + "' to any body: it keeps " + about(gap) +
+        " away, by their bounding boxes; the tool touches only if gravity or its start pose brings it there");
   }
   double farthest = 0;
   for (const Pose& X_WH : hand.X_WH) farthest = std::max(farthest, distance_from(all, X_WH.p));
   if (farthest > far_away * longest) {
     notes.push_back("warning: the hand's path leaves the scene: it goes " + about(farthest) +
-                    " away from all bodies, of which the longest is " + length(longest) +
+                    " away from all bodies, and the longest of them is " + length(longest) +
                     " long; are the units of the path and of the bodies right?");
   }
   return notes;
@@ -126,7 +127,7 @@ std::vector<std::string> doubts_of_path(std::span<const ContactBody> bodies, con
 std::vector<std::string> doubts_of_start(const ContactBody& a, const ContactBody& b, double depth) {
   if (!(depth > shallow * std::min(shortest(a.box), shortest(b.box)))) return {};
   return {"warning: the body '" + a.name + "' starts " + about(depth) + " inside the body '" + b.name +
-          "': the run begins with a blow of the contact's spring; start it outside"};
+          "': the contact's spring hits it when the run begins; start it outside"};
 }
 
 }  // namespace tactor

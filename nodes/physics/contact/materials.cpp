@@ -16,8 +16,9 @@ std::string nothing_to_hit(const Scene& scene) {
   if (scene.tool() == nullptr) return "nothing in the scene moves";
   // Another body, fixed or moving as a whole, can be hit.
   if (scene.bodies.size() - scene.deformable().size() > 1) return {};
-  return scene.bodies.size() > 1 ? "only what deforms can be hit, and dynamics.deformable finds those contacts itself"
-                                 : "the scene has nothing to hit";
+  return scene.bodies.size() > 1
+             ? "only deformable bodies can be hit, and dynamics.deformable finds those contacts itself"
+             : "the scene has nothing to hit";
 }
 
 }  // namespace tactor

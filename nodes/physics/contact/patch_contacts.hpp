@@ -34,16 +34,16 @@ template <class N>
 void declare_soft_contacts(Declare<N>& node, std::int32_t most_contacts, bool shared) {
   using P = typename N::Params;
   const std::optional<Role> as_in = shared ? std::optional(Role::dynamics) : std::nullopt;
-  node.template real<double>("soft_margin", &P::soft_margin,
-                             {.doc = "distance below which contacts with a deforming surface are found before they "
-                                     "touch",
-                              .unit = "m",
-                              .default_value = 0.002,
-                              .min = 0,
-                              .max = 0.1,
-                              .as_in = as_in})
+  node.template real<double>(
+          "soft_margin", &P::soft_margin,
+          {.doc = "bodies closer than this to a deforming surface are found as contacts before they touch",
+           .unit = "m",
+           .default_value = 0.002,
+           .min = 0,
+           .max = 0.1,
+           .as_in = as_in})
       .template real<double>("soft_spacing", &P::soft_spacing,
-                             {.doc = "how far samples of a deforming surface may be apart; 0: a third of a ball's or "
+                             {.doc = "how far apart samples of a deforming surface may be; 0: a third of a ball's or "
                                      "capsule's radius, a sixteenth of the longest side of a box or mesh",
                               .unit = "m",
                               .default_value = 0,
@@ -51,8 +51,8 @@ void declare_soft_contacts(Declare<N>& node, std::int32_t most_contacts, bool sh
                               .max = 1,
                               .as_in = as_in})
       .template integer<std::int32_t>("soft_contacts", &P::soft_contacts,
-                                      {.doc = "contacts with deforming surfaces at most; of more, some that are spread "
-                                              "out stand for all, with the same force and torque",
+                                      {.doc = "most contacts with deforming surfaces. If there are more, a spread-out "
+                                              "subset is used. It is weighted to give the same force and torque",
                                        .default_value = most_contacts,
                                        .min = 8,
                                        .max = ContactSet::capacity});
@@ -68,8 +68,8 @@ void declare_patch_contacts(Declare<N>& node) {
   declare_soft_contacts(node, 48, true);
   node.template integer<std::int32_t>(
           "soft_work", &P::soft_work,
-          {.doc = "looks at a face, a row of samples or a sample that a step may take to find its contacts with a "
-                  "deforming surface; a step that needs more has failed",
+          {.doc = "most looks at a face, a row of samples or a sample that a step may take to find its contacts with a "
+                  "deforming surface. A step that needs more fails",
            .default_value = 6000,
            .min = 1,
            .max = 1'000'000})

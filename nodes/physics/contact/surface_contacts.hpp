@@ -27,7 +27,7 @@ template <class N>
 void declare_query(Declare<N>& node, int most_work, const std::string& otherwise) {
   using P = typename N::Params;
   node.template real<double>("margin", &P::margin,
-                             {.doc = "distance below which contacts are found before they touch",
+                             {.doc = "surfaces closer than this are found as contacts before they touch",
                               .unit = "m",
                               .default_value = 0.002,
                               .min = 0,
@@ -42,7 +42,7 @@ void declare_query(Declare<N>& node, int most_work, const std::string& otherwise
                               .as_in = Role::collision})
       .template integer<std::int32_t>(
           "max_contacts", &P::max_contacts,
-          {.doc = "contacts of a step at most; of more, some that are spread out stand for all",
+          {.doc = "most contacts in a step. If there are more, a spread-out subset stands for all of them",
            .default_value = 64,
            .min = 8,
            .max = ContactSet::capacity})
@@ -59,14 +59,13 @@ void declare_query(Declare<N>& node, int most_work, const std::string& otherwise
                               .min = 0,
                               .max = 0.1,
                               .as_in = Role::collision})
-      .template integer<std::int32_t>(
-          "most_work", &P::most_work,
-          {.doc = "looks at eight samples or at the distance of one that a step may take to find its contacts; where "
-                  "more is needed, " +
-                  otherwise,
-           .default_value = most_work,
-           .min = 1,
-           .max = 1'000'000});
+      .template integer<std::int32_t>("most_work", &P::most_work,
+                                      {.doc = "most looks, at eight samples or at the distance of one sample, that a "
+                                              "step may take to find its contacts. If more are needed, " +
+                                              otherwise,
+                                       .default_value = most_work,
+                                       .min = 1,
+                                       .max = 1'000'000});
 }
 
 /// Adds the choice of the source and the parameters of the query.
@@ -77,10 +76,9 @@ void declare_surface(Declare<N>& node, int most_work) {
       "contacts", &P::contacts,
       {{"surface", SurfaceOptions::From::surface}, {"anchors", SurfaceOptions::From::anchors}},
       SurfaceOptions::From::surface,
-      "surface: contacts are found anew at each step, on the surfaces themselves; anchors: those that came with "
-      "the "
-      "result, as planes that bend");
-  declare_query(node, most_work, "the contacts that came with the result serve");
+      "surface: each step finds its contacts anew on the surfaces themselves; anchors: it uses the contacts that came "
+      "with the result, as planes that bend");
+  declare_query(node, most_work, "the contacts that came with the result are used");
   node.unread_when({"margin", "spacing", "max_contacts", "resolution", "band", "most_work"},
                    [](const P& p, const ParamUse&) {
                      return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors");

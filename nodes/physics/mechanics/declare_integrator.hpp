@@ -14,8 +14,8 @@ void declare_integrator(Declare<N>& node, std::optional<Role> as_in = std::nullo
   node.template choice<Integrator>("integrator", &N::Params::integrator,
                                    {{"implicit_euler", Integrator::implicit_euler}, {"midpoint", Integrator::midpoint}},
                                    Integrator::implicit_euler,
-                                   "implicit_euler: of first order, and damps what is fast; midpoint: of second order, "
-                                   "and springs keep their energy",
+                                   "implicit_euler is of first order and damps fast motion; midpoint is of second "
+                                   "order, and springs keep their energy",
                                    std::nullopt, as_in);
 }
 

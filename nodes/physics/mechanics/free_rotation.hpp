@@ -21,7 +21,7 @@ struct Rotation {
 /// with cay(a) the turn about a by 2 atan(|a| / 2) (J. Simo, K. Wong, "Unconditionally stable algorithms for rigid body
 /// dynamics that exactly preserve energy and momentum", 1991). It is in as many equal parts as keep h |w| below 0.3 rad
 /// in each (64 at most). Angular momentum and kinetic energy are kept to rounding; the orientation is of second order
-/// in h. Where the inertia makes no solution, the body goes on with w.
+/// in h. If there is no solution for the inertia, the body keeps w.
 Rotation free_rotation(const Eigen::Matrix3d& inertia_B, const Quat& R_WB, const Vec3& w_WB, double h);
 
 }  // namespace tactor

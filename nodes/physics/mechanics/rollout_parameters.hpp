@@ -27,7 +27,7 @@ template <class N>
 void declare_rollout(Declare<N>& node) {
   using P = typename N::Params;
   node.template integer<std::int32_t>("iterations", &P::iterations,
-                                      {.doc = "Newton iterations a step, at most; a step that needs more has failed",
+                                      {.doc = "most Newton iterations in a step; a step that needs more fails",
                                        .default_value = 20,
                                        .min = 8,
                                        .max = 200})

@@ -122,7 +122,7 @@ void note_quality(const Body& body, const TetMesh& mesh, double surface_volume, 
   }
   if (const std::size_t pieces = pieces_of(mesh); pieces > 1) {
     add_once(notes, name + "warning: the tetrahedra are in " + count_text(pieces) +
-                        " pieces that do not hang together; a piece without a fixed node falls or flies off");
+                        " unconnected pieces; a piece without a fixed node falls or flies off");
   }
 }
 
@@ -142,7 +142,7 @@ void note_softness(const Body& body, Notes* notes) {
   const double young = body.deformable.young;
   if (young >= softest) return;
   add_once(notes, "body '" + body.name + "': warning: young is " + text_of("%.3g", young) +
-                      " Pa, softer than any tissue; a bare number is in Pa, write kPa where you mean that");
+                      " Pa, softer than any tissue; a bare number is in Pa, write kPa if you mean that");
 }
 
 TetMesh fill(const Body& body, Notes* notes) {
@@ -265,7 +265,7 @@ std::vector<char> fixed_nodes(const Body& body, const TetMesh& mesh) {
     if (!holds_any) refuse(body, "fixed", region_text(region) + " holds no node of it; " + where_it_lies(mesh));
   }
   if (std::find(fixed.begin(), fixed.end(), 0) == fixed.end()) {
-    refuse(body, "fixed", "the regions hold every node of it, so that nothing could deform; " + where_it_lies(mesh));
+    refuse(body, "fixed", "the regions hold all its nodes, so nothing could deform; " + where_it_lies(mesh));
   }
   return fixed;
 }
@@ -283,7 +283,7 @@ std::vector<double> stiffnesses(const Body& body, const TetMesh& mesh) {
     if (!holds_any) {
       refuse(body, "inclusions",
              "the ball of radius " + metres(inclusion.radius) + " about " + point_text(inclusion.p) +
-                 " holds the centroid of no tetrahedron, whose edges are about " + metres(quality_of(mesh).mean_edge) +
+                 " contains no centroid of a tetrahedron; the edges are about " + metres(quality_of(mesh).mean_edge) +
                  " long; " + where_it_lies(mesh) + "; move the inclusion, or use smaller tetrahedra");
     }
   }

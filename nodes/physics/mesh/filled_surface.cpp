@@ -73,7 +73,7 @@ TetMesh filled_surface(const TriangleMesh& surface, const VolumeFineness& finene
   order_by_place(mesh);
   if (!is_sound(mesh)) {
     throw InputError(file +
-                     ": a tetrahedron without volume came about; ask for another number of tetrahedra, or repair "
+                     ": the mesher made a tetrahedron without volume; ask for another number of tetrahedra, or repair "
                      "the surface where it is thinnest");
   }
   finish_mesh(mesh);

@@ -1,4 +1,4 @@
-// Makes a solid of what a mesh file lists, or says why there is none.
+// Makes a solid from the content of a mesh file, or says why that is impossible.
 #pragma once
 
 #include <string>

@@ -29,7 +29,7 @@ class MeshWords {
   /// Leaves the rest of the line out.
   void skip_line();
 
-  /// The number that a word is. Throws InputError where it is none.
+  /// The number that a word stands for. Throws InputError if it is not a number.
   template <class T>
   T number(std::string_view word, const char* expected) const {
     std::string_view digits = word;

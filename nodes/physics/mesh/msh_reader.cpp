@@ -162,7 +162,7 @@ bool is_binary(const std::string& file, const MshSection& section) {
   if (type == 0) return false;
   const std::string_view one = section.content.substr(std::min(end + 1, section.content.size()));
   if (one.substr(0, 4) == std::string_view("\0\0\0\1", 4)) {
-    throw InputError(file + ": the file is of a big-endian machine; open it in Gmsh and save it again, as text");
+    throw InputError(file + ": the file comes from a big-endian machine; open it in Gmsh and save it again, as text");
   }
   if (one.substr(0, 4) != std::string_view("\1\0\0\0", 4)) {
     throw InputError(file + ": section $MeshFormat: expected the number 1 in four bytes; save the mesh again as " +

@@ -74,7 +74,7 @@ PolygonSoup read_binary(const std::string& file, std::string_view bytes) {
     throw InputError(file + ": the header of this binary STL file says " + std::to_string(faces) +
                      " faces, which take " + std::to_string(header_size + face_size * faces) +
                      " bytes, but the file has " + std::to_string(bytes.size()) +
-                     "; it was cut off or is no STL file, export the mesh again");
+                     "; it was cut off or is not an STL file, export the mesh again");
   }
   PolygonSoup soup;
   soup.points.reserve(3 * faces);

@@ -86,12 +86,13 @@ TetMesh make_volume(VolumeSoup& soup, const std::string& file) {
   }
   if (turned > 0) {
     soup.notes.push_back(std::to_string(turned) + " of " + std::to_string(mesh.tets.size()) +
-                         " tetrahedra list their corners the other way round and were turned");
+                         " tetrahedra listed their corners in reverse order and were turned");
   }
   const std::size_t nodes = mesh.nodes.size();
   finish_mesh(mesh);
   if (mesh.nodes.size() < nodes) {
-    soup.notes.push_back(std::to_string(nodes - mesh.nodes.size()) + " nodes that no tetrahedron has were left out");
+    soup.notes.push_back(std::to_string(nodes - mesh.nodes.size()) +
+                         " nodes that belong to no tetrahedron were left out");
   }
   return mesh;
 }

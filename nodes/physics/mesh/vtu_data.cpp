@@ -109,7 +109,7 @@ void inflate_block(const VtuCoding& coding, const VtuArray& array, const std::st
 
 std::string bytes_of(const VtuCoding& coding, const VtuArray& array) {
   if (!coding.little_endian) {
-    fail_array(coding, array, "the bytes are of a big-endian machine, which are not read");
+    fail_array(coding, array, "the bytes come from a big-endian machine; tactor does not read them");
   }
   VtuBytes bytes(coding, array);
   if (!coding.compressed) {

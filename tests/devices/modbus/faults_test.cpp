@@ -212,7 +212,7 @@ BOOST_AUTO_TEST_CASE(an_exception_is_no_answer_to_the_fence_of_a_serial_line) {
   // The exceptions go on. Each could be that of an older request, so that none says that the line is clear.
   for (int i = 0; i < 3; ++i) {
     BOOST_TEST(!rig.open());
-    BOOST_TEST(rig.failure.text.find("the fence is refused") != std::string::npos, rig.failure.text);
+    BOOST_TEST(rig.failure.text.find("the device refuses the fence") != std::string::npos, rig.failure.text);
     BOOST_TEST(rig.failure.text.find("exception 4") != std::string::npos, rig.failure.text);
   }
 }

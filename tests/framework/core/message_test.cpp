@@ -96,8 +96,8 @@ BOOST_AUTO_TEST_CASE(a_broken_description_is_refused_with_its_place) {
   const auto of = [](const std::string& one) {
     return R"({"name": "my.Thing", "frame": "W", "fields": [)" + one + "]}";
   };
-  BOOST_TEST(refusal("") == "the description of a message type is no JSON object");
-  BOOST_TEST(refusal("[1]") == "the description of a message type is no JSON object");
+  BOOST_TEST(refusal("") == "the description of a message type is not a JSON object");
+  BOOST_TEST(refusal("[1]") == "the description of a message type is not a JSON object");
   BOOST_TEST(refusal(R"({"name": 3})").find("name is missing or no text") != std::string::npos);
   BOOST_TEST(refusal(of("")).find("my.Thing: fields is missing or no list") != std::string::npos);
   const std::string a = R"({"name": "a", "unit": "m", "kind": "f64"})";

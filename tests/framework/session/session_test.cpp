@@ -241,7 +241,7 @@ BOOST_AUTO_TEST_CASE(what_cannot_be_set_is_refused_with_the_reason_and_changes_n
   says("spring.k", "1800", "k is above fixed");
   says("spring.k", "666", "666 is no stiffness");
   says("spring.k", std::string(1000, '1').c_str(), "spring.k");
-  says("spring.fixed", "1", "cannot be set while the run goes on");
+  says("spring.fixed", "1", "cannot be set during the run");
   says("spring.q", "1", "did you mean \"spring.k\"");
   says("keep.k", "1", "no parameter keep.k");
   session.advance(Duration{10 * ms});

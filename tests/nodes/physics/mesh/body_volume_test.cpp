@@ -125,16 +125,15 @@ BOOST_AUTO_TEST_CASE(what_holds_nothing_is_refused_with_where_the_body_lies) {
                  "scene.bodies.block.fixed: body 'block': the box between (0, 0, 0.03) and (0.1, 0.1, 0.1) holds no "
                  "node of it; the body lies between (-0.05, -0.03, -0.02) and (0.05, 0.03, 0.02) m"));
   body.deformable.fixed = {HalfSpaceRegion{{0, 0, 1}, {0, 0, 1}}};
-  BOOST_TEST(has(refusal(body), "the regions hold every node"));
+  BOOST_TEST(has(refusal(body), "the regions hold all its nodes"));
   body.deformable.fixed = {NamedFaces{"bottom"}};
   BOOST_TEST(has(refusal(body),
                  "scene.bodies.block.fixed: body 'block': it has no faces named 'bottom'; its mesh names none"));
   body.deformable.fixed.clear();
   body.deformable.inclusions = {{{0, 0, 1}, 0.01, 1e5}};
-  BOOST_TEST(
-      has(refusal(body),
-          "scene.bodies.block.inclusions: body 'block': the ball of radius 10 mm about (0, 0, 1) holds the centroid "
-          "of no tetrahedron"));
+  BOOST_TEST(has(refusal(body),
+                 "scene.bodies.block.inclusions: body 'block': the ball of radius 10 mm about (0, 0, 1) contains no "
+                 "centroid of a tetrahedron"));
 }
 
 BOOST_AUTO_TEST_CASE(shapes_and_sizes_that_cannot_be_filled_are_refused) {

@@ -182,12 +182,12 @@ BOOST_AUTO_TEST_CASE(a_body_is_loaded_from_its_file_with_its_scale_and_held_at_n
 BOOST_AUTO_TEST_CASE(what_is_not_read_is_told_by_name) {
   BOOST_TEST(says("a.msh", bytes_of("gmsh_old.msh"), "expected version 4.1 of Gmsh's format, found '2.2'"));
   BOOST_TEST(says("a.msh", bytes_of("gmsh_second.msh"), "it has a tetrahedron of second order"));
-  BOOST_TEST(says("a.vtu", bytes_of("vtk_big.vtu"), "the bytes are of a big-endian machine"));
+  BOOST_TEST(says("a.vtu", bytes_of("vtk_big.vtu"), "the bytes come from a big-endian machine"));
   BOOST_TEST(says("a.vtu", bytes_of("meshio_lzma.vtu"), "found 'vtkLZMADataCompressor'"));
   std::string big = bytes_of("gmsh_binary.msh");
   const std::size_t one = big.find(std::string("\1\0\0\0", 4));
   big.replace(one, 4, std::string("\0\0\0\1", 4));
-  BOOST_TEST(says("a.msh", big, "of a big-endian machine"));
+  BOOST_TEST(says("a.msh", big, "comes from a big-endian machine"));
   BOOST_TEST(says("a.vtu", replaced(small_vtu(), "UnstructuredGrid", "PolyData"), "found 'PolyData'"));
   BOOST_TEST(says("a.vtu", small_vtu("0 0 0 1 0 0 0 1 0 0 0 1", "0 1 2 3", "4", "14"), "cell 0 is of the VTK type 14"));
   BOOST_TEST(
