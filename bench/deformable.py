@@ -105,13 +105,13 @@ def worst_of(method, seeds, fine_seeds, keep, scenes):
                 error, hold = (kept(keep, scene, case, one, seed)["error"] for one in (method, "hold"))
                 worst.append((error / hold, f"`{scene}`, {case[0]}, seed {seed}"))
     ratio, where = max(worst)
-    return f"`{method}` {ratio:.2f} ({where})"
+    return f"`{method}`: {ratio:.2f} ({where})"
 
 
 def accuracy(seeds, fine_seeds, keep, scenes=tuple(SCENES)):
     """A Markdown text: the worst runs, and a table a case."""
-    said = "; ".join(worst_of(method, seeds, fine_seeds, keep, scenes) for method in METHODS if method != "hold")
-    parts = [f"The worst single run of each method, as its error over that of a hold: {said}."]
+    said = "\n".join(f"- {worst_of(method, seeds, fine_seeds, keep, scenes)}" for method in METHODS if method != "hold")
+    parts = [f"The worst single run of each method, by the ratio of its error to the hold's:\n\n{said}"]
     for case in CASES:
         own = seeds_of(case, seeds, fine_seeds)
         body = [row for scene in scenes for row in rows(scene, case, own, keep)]

@@ -5,6 +5,7 @@ import pathlib
 import re
 import subprocess
 import sys
+import textwrap
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 KEY = re.compile(r"\{\{(\w+)\}\}")  # a place in a template
@@ -50,10 +51,15 @@ def filled(template, values):
     return template
 
 
+def wrapped(text, indent=""):
+    """The text in lines of at most 120 characters; the indent comes before all but the first."""
+    return textwrap.fill(text, 120, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
 def timing(found):
     """How the run times of a study were taken, and what its report warns of, from study.json."""
     said = found["timing"]
-    return said["text"] + (f" **{said['warning']}**" if said["warning"] else "") + "\n"
+    return wrapped(said["text"] + (f" **{said['warning']}**" if said["warning"] else "")) + "\n"
 
 
 def page_file(name):

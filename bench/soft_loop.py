@@ -86,11 +86,11 @@ def restless(found, method, still=STILL):
 
 
 def verdicts(found):
-    """A sentence a method: in how many cells it swings by more than an encoder's step."""
+    """A line a method: in how many cells its amplitude at rest is above an encoder's step."""
     methods = dict.fromkeys(method for cells in found.values() for method in cells)
     said = ((method, *restless(found, method)) for method in methods)
-    return "".join(f"`{method}` swings by more than {STILL:g} mm in {count} of {len(found)} cells, by {most:.2g} mm at most. "
-                   for method, count, most in said).strip()
+    return (f"Cells in which the amplitude is above {STILL:g} mm, of {len(found)}, and the largest amplitude:\n\n" +
+            "\n".join(f"- `{method}`: {count} cells, {most:.2g} mm at most" for method, count, most in said))
 
 
 def closed_loop(jobs=1):

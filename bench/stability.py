@@ -10,6 +10,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+import page  # noqa: E402
 from run_time import table  # noqa: E402
 
 # The worst first. The colours grow darker from stable to the worst, so that they can be told apart without colour.
@@ -129,7 +130,7 @@ def steps_of_ours(found):
 
 
 def title_lines(found):
-    return "\n".join(f"- `{scene['name']}`: {scene['title']}." for scene in found["scenes"])
+    return "\n".join(page.wrapped(f"- `{scene['name']}`: {scene['title']}.", "  ") for scene in found["scenes"])
 
 
 def grams(kg):
