@@ -100,6 +100,15 @@ std::string interval_text(const RunResult& result) {
                        result.warmth.when);
   }
   if (result.judged_from == Time{}) return {};
+  if (result.judged_from.seconds() >= result.duration_s) {
+    const std::string why =
+        result.warmth.last.empty()
+            ? fmt::format("it was to be judged from {} s on", pretty(result.judged_from.seconds()))
+            : fmt::format("{} is warm at {} s", result.warmth.last, pretty(result.judged_from.seconds()));
+    const double error = result.metric("cold_start.delivered.force.rms_error_N");
+    return fmt::format("nothing: the run of {} s was too short, {}{}", pretty(result.duration_s), why,
+                       std::isfinite(error) ? fmt::format("; its error was {} N RMS", pretty(error)) : "");
+  }
   std::string text = fmt::format("{} s, from {} s on: {}", pretty(result.metric("judged.duration_s")),
                                  pretty(result.metric("judged.from_s")),
                                  result.warmth.last.empty() ? "as asked" : result.warmth.last + " is warm");

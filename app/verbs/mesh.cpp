@@ -1,6 +1,7 @@
 // `tactor mesh check`, `info`, `repair` and `decimate`: a mesh file made ready for a graph.
 #include "app/mesh/mesh_command.hpp"
 #include "app/verbs/graph_options.hpp"
+#include "app/verbs/mesh_unit.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
@@ -38,8 +39,10 @@ void add_mesh(CLI::App& app, int& exit_code) {
 
   const auto check = std::make_shared<MeshCheckRequest>();
   CLI::App* verb = add_mesh_verb(*mesh, "check", "Whether a graph would take a mesh; exit code 2 where not", *check);
+  CLI::Option* unit = add_mesh_unit(*verb, check->scale);
   add_number(*verb, "--scale", check->scale, {.min = 0, .above_min = true},
-             "The `scale` that the graph gives the body (default: none)");
+             "The `scale` that the graph gives the body, for any other unit")
+      ->excludes(unit);
   verb->callback([check, &exit_code] { exit_code = check_mesh(*check); });
 
   const auto info = std::make_shared<MeshRequest>();

@@ -86,12 +86,11 @@ SizeVerdict judge_size(double length, bool has_scale) {
   // Beyond, collision's floats run over or under.
   if (!(length >= 1e-6 && length <= 1e3)) return {what + "; a body must be 1 um to 1 km long, with its scale", {}};
   if (has_scale) return {{}, what + ", which is unusual for a body that is touched; scale says so"};
-  return {
-      what +
-          (length > longest ? "; is it in mm? write scale: 0.001, or mesh check --scale 0.001" : "; write its scale") +
-          " (what one unit of the file is in metres; 1 where this length is meant): without scale a body must "
-          "be 1 mm to 10 m long",
-      {}};
+  return {what +
+              (length > longest ? "; is it in mm? write scale: 0.001, or mesh check --unit mm" : "; write its scale") +
+              " (what one unit of the file is in metres; 1 where this length is meant): without scale a body must "
+              "be 1 mm to 10 m long",
+          {}};
 }
 
 void add_once(Notes* notes, std::string note) {
