@@ -22,7 +22,8 @@ void GraphOptions::add_to(CLI::App& verb, bool with_seed) {
   add("--over", value_type::method, "Lay a file over the graph, for example `kalman` of graphs/methods",
       [](const std::string& text) { return over_patch(text); });
   add("--set", "PATH=VALUE",
-      "Replace a value, with or without unit: node.parameter=value. Of --over, --set and the others here, a later one "
+      "Replace a value, with or without unit: node.parameter=value; or a node: node={type: ...}. Of --over, --set and "
+      "the others here, a later one "
       "lies over the earlier",
       [](const std::string& text) { return set_patch(text); });
   if (with_seed) {
