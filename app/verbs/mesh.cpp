@@ -1,7 +1,6 @@
 // `tactor mesh check`, `info`, `repair` and `decimate`: a mesh file made ready for a graph.
 #include "app/mesh/mesh_command.hpp"
 #include "app/verbs/graph_options.hpp"
-#include "app/verbs/mesh_unit.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"

@@ -14,7 +14,6 @@
 
 #include "app/new/new_graph.hpp"
 #include "app/new/new_project.hpp"
-#include "app/verbs/mesh_unit.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
