@@ -17,6 +17,9 @@ if(TACTOR_CCACHE)
 endif()
 
 add_library(tactor_flags INTERFACE)
+# Whether who links a library of ours is a project of its own, which has neither these flags nor their include folder.
+set(TACTOR_IS_OUTSIDE $<NOT:$<TARGET_EXISTS:tactor_flags>>)
+set(TACTOR_FLAGS_INSIDE $<BUILD_INTERFACE:$<$<TARGET_EXISTS:tactor_flags>:tactor_flags>>)
 # GCC 12 sees overlapping copies in concatenated strings and unset members of std::string that are not there (its bugs
 # 105651 and 105562), hence no -Wrestrict and no -Wmaybe-uninitialized.
 # Options are given by designated initialisers and the rest takes its default, which -Wextra would call missing.
@@ -57,7 +60,7 @@ tactor_precompile(tactor_precompiled)
 function(tactor_library name)
   cmake_parse_arguments(ARG "" "PRECOMPILED_BY" "SOURCES;LIBS;PRECOMPILE" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
-  target_link_libraries(${name} PUBLIC $<BUILD_INTERFACE:tactor_flags> ${ARG_LIBS})
+  target_link_libraries(${name} PUBLIC ${TACTOR_FLAGS_INSIDE} ${ARG_LIBS})
   if(ARG_PRECOMPILE)
     tactor_precompile(${name} ${ARG_PRECOMPILE})
   else()

@@ -2,6 +2,9 @@
 
 #include <pybind11/stl.h>
 
+#include <algorithm>
+#include <string_view>
+
 #include "framework/core/message_json.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/session/add_feed.hpp"
@@ -126,6 +129,28 @@ Graph Graph::with_feeds(const std::vector<std::string>& inputs) const {
 
 std::vector<std::string> Graph::check() const {
   return check_nodes(plan());
+}
+
+Plan Graph::plan_for(const std::vector<std::string>& tapped) const {
+  GraphSpec listened = spec_;
+  for (const std::string& output : tapped) {
+    const std::size_t dot = output.find('.');
+    const NodeSpec* node = dot == std::string::npos ? nullptr : listened.node(output.substr(0, dot));
+    const bool is_there = node != nullptr && node->info->output(output.substr(dot + 1)) != nullptr;
+    const bool is_new = std::find(listened.record.begin(), listened.record.end(), output) == listened.record.end();
+    if (is_there && is_new) listened.record.push_back(output);
+  }
+  Plan plan = make_plan(std::move(listened));
+  const auto only_tapped = [this](const std::string& output) {
+    return std::find(spec_.record.begin(), spec_.record.end(), output) == spec_.record.end();
+  };
+  plan.graph.record = spec_.record;
+  std::erase_if(plan.streams, [&](const PlannedStream& stream) { return only_tapped(stream.name); });
+  std::erase_if(plan.left_out, [&](const auto& part) {
+    constexpr std::string_view recording = "recording ";
+    return part.what.starts_with(recording) && only_tapped(part.what.substr(recording.size()));
+  });
+  return plan;
 }
 
 void bind_graph(py::module_& module) {

@@ -27,6 +27,8 @@ class Graph {
   [[nodiscard]] const std::shared_ptr<Registry>& registry() const { return registry_; }
   /// Throws YamlError where it cannot be planned.
   [[nodiscard]] Plan plan() const { return make_plan(spec_); }
+  /// The same where somebody listens to these outputs: what makes them is not left out, and nothing more is recorded.
+  [[nodiscard]] Plan plan_for(const std::vector<std::string>& tapped) const;
   /// The same graph with a node source.feed before each of these inputs (`device.target`).
   [[nodiscard]] Graph with_feeds(const std::vector<std::string>& inputs) const;
   /// Refuses what a run would refuse before it begins; returns what the nodes say of their input.

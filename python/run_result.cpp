@@ -99,7 +99,7 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
   made->scene = graph.spec().scene;
   SignalWatch signals;
   const auto make = [&] {
-    const Plan plan = graph.plan();
+    const Plan plan = graph.plan_for(request.taps);
     make_buffers(plan, request.taps, *made);
     std::optional<ResultsFolder> results;
     RunOptions options;

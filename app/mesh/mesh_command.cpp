@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/mesh/mesh_units.hpp"
 #include "app/output.hpp"
 #include "app/terminal.hpp"
 #include "framework/core/check.hpp"
@@ -32,7 +33,9 @@ using Json = nlohmann::json;
 struct Verdict {
   std::optional<TriangleMesh> solid;
   MeshReport report;
-  std::string refusal;  ///< or empty
+  std::string refusal;          ///< or empty
+  std::optional<double> scale;  ///< that the graph has to give, or none
+  std::string unit_note;        ///< where that was guessed, or empty
 };
 
 Verdict judge(const MeshFile& file, const std::string& name, std::optional<double> scale) {
@@ -43,7 +46,12 @@ Verdict judge(const MeshFile& file, const std::string& name, std::optional<doubl
     verdict.refusal = error.what() + repair_hint(verdict.report, name);
     return verdict;
   }
-  const SizeVerdict size = judge_size(scale.value_or(1) * bounds_of(*verdict.solid).longest(), scale.has_value());
+  const double longest = bounds_of(*verdict.solid).longest();
+  verdict.scale = scale;
+  if (!scale && (verdict.scale = guessed_scale(longest))) {
+    verdict.unit_note = fmt::format("{:.4g} units long, taken as mm; --unit or --scale says otherwise", longest);
+  }
+  const SizeVerdict size = judge_size(verdict.scale.value_or(1) * longest, verdict.scale.has_value());
   if (!size.refusal.empty()) verdict.refusal = name + ": " + size.refusal;
   if (!size.warning.empty()) verdict.report.warnings.push_back(size.warning);
   return verdict;
@@ -68,12 +76,20 @@ Json json_of(const Vec3& v) {
 Json json_of(const Verdict& verdict) {
   return {{"accepted", verdict.refusal.empty()},
           {"refusal", verdict.refusal.empty() ? Json() : Json(verdict.refusal)},
+          {"scale", verdict.scale ? Json(*verdict.scale) : Json()},
           {"repairs", verdict.report.repairs},
           {"warnings", verdict.report.warnings}};
 }
 
+/// Where nothing is refused: `a graph takes it with scale: 0.001 (80 units long, taken as mm; ...)`.
+std::string acceptance_text(const Verdict& verdict) {
+  std::string text = "a graph takes it";
+  if (verdict.scale) text += fmt::format(" with scale: {:g}", *verdict.scale);
+  return verdict.unit_note.empty() ? text : text + " (" + verdict.unit_note + ")";
+}
+
 std::string verdict_text(const std::string& name, const Verdict& verdict) {
-  std::string text = name + ": ok, a graph takes it\n";
+  std::string text = name + ": ok, " + acceptance_text(verdict) + "\n";
   for (const std::string& repair : verdict.report.repairs) text += "  repaired while loading: " + repair + "\n";
   for (const std::string& warning : verdict.report.warnings) text += "  warning: " + warning + "\n";
   return text;
@@ -269,7 +285,8 @@ int show_mesh(const MeshRequest& request) {
     text += fmt::format("  inertia   xx {:.4g}, yy {:.4g}, zz {:.4g} kg m^2 about it, at that density in metres\n",
                         density * mass.inertia(0, 0), density * mass.inertia(1, 1), density * mass.inertia(2, 2));
   }
-  text += verdict.refusal.empty() ? "  a graph takes it\n" : "  a graph refuses it: " + verdict.refusal + "\n";
+  text += verdict.refusal.empty() ? "  " + acceptance_text(verdict) + "\n"
+                                  : "  a graph refuses it: " + verdict.refusal + "\n";
   for (const std::string& repair : verdict.report.repairs) text += "  repaired while loading: " + repair + "\n";
   for (const std::string& warning : verdict.report.warnings) text += "  warning: " + warning + "\n";
   fmt::print("{}", wrapped(text, terminal_columns()));

@@ -23,7 +23,7 @@ struct MeshRequest {
   bool json = false;
 };
 struct MeshCheckRequest : MeshRequest {
-  std::optional<double> scale;  ///< m that one unit of the file is; absent where the graph says none
+  std::optional<double> scale;  ///< m that one unit of the file is; absent: 1, or as guessed_scale has it
 };
 struct MeshRepairRequest : MeshRequest {
   ResultsRequest results;

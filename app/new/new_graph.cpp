@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/mesh/mesh_command.hpp"
+#include "app/mesh/mesh_units.hpp"
 #include "app/new/scene_text.hpp"
 #include "app/output.hpp"
 #include "framework/core/check.hpp"
@@ -28,7 +29,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double least_size = 0.02, most_size = 0.5, usual_size = 0.1;  // m, of what a hand goes about
+constexpr double usual_size = 0.1;  // m, of what a hand goes about
 
 /// A mesh as the scene takes it, in the unit of its file.
 struct SceneMesh {
@@ -124,7 +125,8 @@ SceneMesh scene_mesh(const fs::path& path) {
 }
 
 /// What a unit of the file is, where that is not a metre; tells it.
-std::optional<double> chosen_scale(const fs::path& file, double longest, std::optional<double> size) {
+std::optional<double> chosen_scale(const fs::path& file, double longest, const NewGraphRequest& request) {
+  const std::optional<double> size = request.size;
   const auto rounded = [](double v) {
     const double step = std::pow(10, std::floor(std::log10(v)) - 3);
     return std::round(v / step) * step;
@@ -133,16 +135,16 @@ std::optional<double> chosen_scale(const fs::path& file, double longest, std::op
     tell_note(fmt::format("{}: scaled to {}, as --size says", file.string(), metres(*size)));
     return rounded(*size / longest);
   }
-  if (longest >= least_size && longest <= most_size) return std::nullopt;
-  constexpr double millimetre = 1e-3;
-  if (longest * millimetre >= least_size && longest * millimetre <= most_size) {
+  if (request.unit) return request.unit;
+  if (is_usual_size(longest)) return std::nullopt;
+  if (is_usual_size(millimetre * longest)) {
     tell_note(fmt::format("{}: {:.4g} units long, taken as mm: the scene says scale: 0.001", file.string(), longest));
     return millimetre;
   }
   const double scale = rounded(usual_size / longest);
   tell_note(fmt::format(
       "{}: {:.4g} units long, which is no size for a hand in m or mm; the scene says scale: {:.6g}, so that it is {} "
-      "long (--size chooses another)",
+      "long (--size or --unit chooses another)",
       file.string(), longest, scale, metres(scale * longest)));
   return scale;
 }
@@ -171,7 +173,7 @@ NewScene planned(const NewGraphRequest& request, const SceneMesh* mesh) {
     scene.mesh = mesh->file;
     scene.mesh_note = mesh->note;
     body = mesh->solid;
-    scene.scale = chosen_scale(*request.mesh, bounds_of(body).longest(), request.size);
+    scene.scale = chosen_scale(*request.mesh, bounds_of(body).longest(), request);
     for (Vec3& v : body.vertices) v *= scene.scale.value_or(1);
     scene.p_WB = -bounds_of(body).middle();
     for (Vec3& v : body.vertices) v += scene.p_WB;
@@ -231,7 +233,10 @@ void make_new_graph(const NewGraphRequest& request) {
                            return names;
                          }(),
                          "\n"));
-  fmt::print("\n    tactor run {0}\n    tactor view {0}\n", graph.lexically_normal().string());
+  // Over the scene: a method of the user's own would be replaced.
+  fmt::print(
+      "\n    tactor run {0}\n    tactor view {0}\n    tactor view {1} --over side_by_side    # methods to switch\n",
+      graph.lexically_normal().string(), files.front().first.lexically_normal().string());
 }
 
 }  // namespace tactor

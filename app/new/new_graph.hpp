@@ -12,6 +12,7 @@ struct NewGraphRequest {
   std::optional<std::filesystem::path> mesh;  ///< absent: a box
   std::string method = "off";                 ///< of graphs/methods; `off`: the physics force is held
   std::optional<double> size;                 ///< m, the longest side that the body is to have
+  std::optional<double> unit;                 ///< m, what one unit of the mesh file is; not with `size`
   std::optional<double> young;                ///< Pa; the body deforms, by this modulus
   std::filesystem::path folder = ".";         ///< where the folder of the scene is made
   bool overwrite = false;

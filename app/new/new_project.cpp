@@ -82,6 +82,12 @@ std::string replaced(const std::string& text, const Words& words) {
   return result;
 }
 
+/// Without the marks by which a test runs the blocks of a page.
+std::string without_marks(const std::string& text) {
+  static const std::regex mark("<!-- block: [^\n]*\n");
+  return std::regex_replace(text, mark, "");
+}
+
 std::vector<fs::path> copy_example(const std::string& folder, const fs::path& project, const Words& words) {
   const fs::path example = installation_prefix() / "share" / "tactor" / "examples" / folder;
   std::error_code error;
@@ -98,7 +104,7 @@ std::vector<fs::path> copy_example(const std::string& folder, const fs::path& pr
   if (error) throw InputError("tactor new: cannot make the folder " + project.string() + ": " + error.message());
   for (fs::path& file : files) {
     const fs::path target = project / replaced(file.filename().string(), words);
-    write_file(target, replaced(read_input_file(file, max_example_bytes), words));
+    write_file(target, replaced(without_marks(read_input_file(file, max_example_bytes)), words));
     file = target;
   }
   return files;
@@ -124,6 +130,9 @@ std::vector<fs::path> new_project(ProjectKind kind, const std::string& name, con
              {example.node + ".cpp", node + ".cpp"},
              {class_name(example.node), class_name(node)}};
   }
+  // Runs and studies are called after their file.
+  words.emplace_back("graph.yaml", library + ".yaml");
+  words.emplace_back("study.yaml", library + ".yaml");
   words.emplace_back("example", library);
   return copy_example(example.folder, folder / library, words);
 }

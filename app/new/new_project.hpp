@@ -11,7 +11,7 @@ namespace tactor {
 enum class ProjectKind { node, device, message, study };
 
 /// Writes the folder `folder`/NAME, where NAME is that of the project, and returns its files. The project builds with
-/// find_package(tactor) and has a test.
+/// find_package(tactor) and has a test. Its graph or study is called after it: NAME.yaml.
 ///
 /// `name` is that of the library, `mylab`, or with that of the node, `mylab.smooth`; a study has no node. Throws
 /// InputError where it is no such name, where a library of that name comes with Tactor, and where the folder is there

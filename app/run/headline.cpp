@@ -99,10 +99,17 @@ std::string interval_text(const RunResult& result) {
     return fmt::format("the cold start: {} was not warm when the run ended ({})", result.warmth.last,
                        result.warmth.when);
   }
+  const double from = result.metric("judged.from_s");
+  const std::string because = result.judged_from == Time{} ? ""
+                              : result.warmth.last.empty() ? ": as asked"
+                                                           : fmt::format(": {} is warm", result.warmth.last);
+  if (std::isfinite(from) && !std::isfinite(result.metric("judged.duration_s"))) {
+    return fmt::format("nothing: the run was too short, {} s; it is judged from {} s on{}", pretty(result.duration_s),
+                       pretty(from), because);
+  }
   if (result.judged_from == Time{}) return {};
-  std::string text = fmt::format("{} s, from {} s on: {}", pretty(result.metric("judged.duration_s")),
-                                 pretty(result.metric("judged.from_s")),
-                                 result.warmth.last.empty() ? "as asked" : result.warmth.last + " is warm");
+  std::string text =
+      fmt::format("{} s, from {} s on{}", pretty(result.metric("judged.duration_s")), pretty(from), because);
   const double cold = result.metric("cold_start.delivered.force.rms_error_N");
   if (std::isfinite(cold)) text += fmt::format("; before, the error was {} N RMS", pretty(cold));
   return text;

@@ -22,7 +22,8 @@ void GraphOptions::add_to(CLI::App& verb, bool with_seed) {
   add("--over", value_type::method, "Lay a file over the graph, for example `kalman` of graphs/methods",
       [](const std::string& text) { return over_patch(text); });
   add("--set", "PATH=VALUE",
-      "Replace a value, with or without unit: node.parameter=value. A later --over, --set or other option of this "
+      "Replace a value, with or without unit: node.parameter=value; or a node: node={type: ...}. A later --over, --set "
+      "or other option of this "
       "group overrides an earlier one",
       [](const std::string& text) { return set_patch(text); });
   if (with_seed) {

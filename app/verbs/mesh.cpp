@@ -38,8 +38,10 @@ void add_mesh(CLI::App& app, int& exit_code) {
 
   const auto check = std::make_shared<MeshCheckRequest>();
   CLI::App* verb = add_mesh_verb(*mesh, "check", "Tell whether a graph accepts a mesh; exit code 2 if not", *check);
+  CLI::Option* unit = add_mesh_unit(*verb, check->scale);
   add_number(*verb, "--scale", check->scale, {.min = 0, .above_min = true},
-             "The `scale` that the graph gives the body (default: none)");
+             "The `scale` that the graph gives the body, for any other unit")
+      ->excludes(unit);
   verb->callback([check, &exit_code] { exit_code = check_mesh(*check); });
 
   const auto info = std::make_shared<MeshRequest>();

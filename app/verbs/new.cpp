@@ -2,9 +2,14 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cctype>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <sstream>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/new/new_graph.hpp"
@@ -45,13 +50,33 @@ CLI::App* add_kind(CLI::App& verb, const std::string& kind, const std::string& h
   return sub;
 }
 
-/// The option of cmake that names this installation, where cmake does not look by itself; empty in a build folder,
-/// which is no installation.
+/// One word of a command line, in quotes where a shell would not take it as it is.
+std::string shell_word(const std::string& text) {
+  const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || std::string_view("/._-+:,@").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain && !text.empty()) return text;
+  std::string quoted = "'";
+  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return quoted + "'";
+}
+
+/// Whether CMAKE_PREFIX_PATH of the environment has this folder.
+bool cmake_is_told(const fs::path& prefix) {
+  const char* told = std::getenv("CMAKE_PREFIX_PATH");
+  std::istringstream folders(told == nullptr ? "" : told);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    std::error_code ignored;
+    if (fs::equivalent(folder, prefix, ignored)) return true;
+  }
+  return false;
+}
+
+/// The option of cmake that names this installation or the folder of this build, where cmake does not look by itself.
 std::string where_cmake_looks() {
   const fs::path prefix = installation_prefix();
-  if (!fs::exists(library_folder() / "cmake" / "tactor")) return {};
-  if (prefix == "/usr" || prefix == "/usr/local") return {};
-  return fmt::format(" -DCMAKE_PREFIX_PATH='{}'", prefix.string());
+  if (prefix == "/usr" || prefix == "/usr/local" || cmake_is_told(prefix)) return {};
+  return " -DCMAKE_PREFIX_PATH=" + shell_word(prefix.string());
 }
 
 void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, const std::string& help,
@@ -60,7 +85,7 @@ void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, cons
   CLI::App* sub = add_kind(verb, word, help, name_help, arguments);
   sub->callback([arguments, kind] {
     const std::vector<fs::path> files = new_project(kind, arguments->name, arguments->folder);
-    const std::string folder = files.front().parent_path().lexically_normal().string();
+    const std::string folder = shell_word(files.front().parent_path().lexically_normal().string());
     tell_project(files, fmt::format("  cmake -S {0} -B {0}/build{1} && cmake --build {0}/build\n"
                                     "  ctest --test-dir {0}/build --output-on-failure\n"
                                     "  cmake --install {0}/build --prefix ~/.local    # for every graph of yours\n",
@@ -81,8 +106,10 @@ void add_new_graph(CLI::App& parent, int& exit_code) {
                    "or paper; off holds it")
       ->type_name(value_type::method)
       ->capture_default_str();
-  add_number(*verb, "--size", request->size, {.unit = "m", .min = 1e-3, .max = 10},
-             "The longest side of the body (default: as in the file, if that is 20 mm to 0.5 m when read in m or mm)");
+  CLI::Option* size = add_number(
+      *verb, "--size", request->size, {.unit = "m", .min = 1e-3, .max = 10},
+      "The longest side of the body (default: as in the file, if that is 20 mm to 0.5 m when read in m or mm)");
+  add_mesh_unit(*verb, request->unit)->excludes(size);
   add_number(*verb, "--young", request->young, {.unit = "Pa", .min = 100, .max = 1e9},
              "Young's modulus of a deformable body, such as `20 kPa`; it is held at the side away from the ball "
              "(default: the body is rigid)");
@@ -123,7 +150,8 @@ void add_new(CLI::App& app, int& exit_code) {
     const std::vector<fs::path> files =
         new_study(arguments->name, beside ? fs::absolute(graph).lexically_normal().string() : arguments->graph,
                   arguments->folder);
-    const std::string file = (files.front().parent_path() / "study.yaml").lexically_normal().string();
+    const fs::path folder = files.front().parent_path();
+    const std::string file = shell_word((folder / (arguments->name + ".yaml")).lexically_normal().string());
     tell_project(files, fmt::format("  tactor study {0} --short\n  tactor study {0}\n", file));
   });
 }

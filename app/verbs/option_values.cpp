@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/mesh/mesh_units.hpp"
 #include "framework/core/check.hpp"
 #include "framework/graph/values.hpp"
 
@@ -60,6 +61,21 @@ CLI::Option* detail::add_text_option(CLI::App& verb, const std::string& name, co
 
 CLI::Option* choose_from(CLI::Option* option, const std::vector<std::string>& words) {
   return option->type_name(fmt::format("{}", fmt::join(words, "|")))->check(CLI::IsMember(words).description(""));
+}
+
+CLI::Option* add_mesh_unit(CLI::App& verb, std::optional<double>& scale) {
+  std::vector<std::string> names;
+  for (const auto& [name, metres] : mesh_units()) names.push_back(name);
+  const auto take = [&scale](const std::string& word) {
+    for (const auto& [name, metres] : mesh_units()) {
+      if (name == word) scale = metres;
+    }
+  };
+  return verb
+      .add_option_function<std::string>("--unit", take,
+                                        "The unit of the file (default: m, or mm where only that makes 20 mm to 0.5 m)")
+      ->check(CLI::IsMember(names))
+      ->type_name("UNIT");
 }
 
 void refuse_unknown_verb(const CLI::App& app, const std::vector<std::string>& words) {

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -57,6 +58,9 @@ CLI::Option* add_seed(CLI::App& verb, const std::string& name, Target& target, c
 
 /// Lets the option take one of `words` alone, which help, reference and completion then show.
 CLI::Option* choose_from(CLI::Option* option, const std::vector<std::string>& words);
+
+/// Adds `--unit`, of a mesh file; `scale` becomes what one unit of the file is in m.
+CLI::Option* add_mesh_unit(CLI::App& verb, std::optional<double>& scale);
 
 /// Throws InputError where the first word of `words` (without the program's name) that is no option names no verb of
 /// `app`, or the word after a verb with verbs of its own none of those; the message lists them and names the nearest.

@@ -19,6 +19,8 @@ namespace {
 
 constexpr Duration look_period{20'000'000};
 constexpr Duration reference_patience{200'000'000};
+/// A busy desktop is no stall. The gate takes the force to zero long before.
+constexpr Duration mouse_stall_timeout{5'000'000'000};
 
 void run(Session& session, SessionView& view) {
   session.start();
@@ -40,6 +42,7 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   if (!options.own_device) {
     shown.start = first_handle_pose(graph);
     shown.mouse = lead_by_mouse(graph, shown.start, registry);
+    if (!graph.places || !graph.places->contains("live.stall_timeout")) graph.live.stall_timeout = mouse_stall_timeout;
   } else if (const Body* tool = graph.scene.tool(); tool != nullptr) {
     shown.start = tool->X_WB;
   }

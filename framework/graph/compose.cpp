@@ -106,13 +106,14 @@ std::vector<std::string> split_dots(const std::string& text) {
   return parts;
 }
 
-// Whether the path leads to something that may be set: to a node or a body that is there.
-bool check_path(const Tree& graph, const std::vector<std::string>& path, bool is_null, const SourceLocation& place,
+// Whether the path leads to something that may be set: to a node or a body that is there. `is_node`: the value is what
+// may stand for a whole node, a map or null.
+bool check_path(const Tree& graph, const std::vector<std::string>& path, bool is_node, const SourceLocation& place,
                 Diagnostics& diagnostics) {
   const std::string form = assignment_form;
   if (path[0] == "nodes") {
     const std::vector<std::string> nodes = keys_of(graph.value("nodes"));
-    if (path.size() < 3 && !(path.size() == 2 && is_null)) {
+    if (path.size() < 3 && !(path.size() == 2 && is_node)) {
       diagnostics.error(place, form + ", found " + list_of(path) + did_you_mean(path.back(), roots));
       return false;
     }
@@ -173,7 +174,7 @@ void assign(Tree& graph, const Assignment& assignment, const SourceLocation& pla
   if (!value || of_value.any()) return;
   set_places(*value, place);
   if (std::find(roots.begin(), roots.end(), path[0]) == roots.end()) path.insert(path.begin(), "nodes");
-  if (!check_path(graph, path, value->is_null(), place, diagnostics)) return;
+  if (!check_path(graph, path, value->is_null() || value->is_map(), place, diagnostics)) return;
   merge_graph(graph, branch_of(graph, path, std::move(*value), place));
 }
 

@@ -13,7 +13,8 @@ namespace tactor {
 
 /// What errors expect of an assignment.
 inline constexpr const char* assignment_form =
-    "expected node.parameter=value, scene.bodies.body.key=value, duration=... or seed=...";
+    "expected node.parameter=value, node={type: ...} or node={python: FILE.py:Class}, scene.bodies.body.key=value, "
+    "duration=... or seed=...";
 
 /// A value at a path: `device.rate`, `scene.bodies.tool.mass`, `duration`.
 struct Assignment {

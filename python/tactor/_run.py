@@ -117,7 +117,8 @@ def run(graph: Union[Graph, Path], over: Union[Overlay, Iterable[Overlay]] = (),
 
     `graph`, `over`, `set`, `seed` and `duration` are those of `load`. `out`: a folder for the files that the command
     leaves (recording.h5, summary.json, report.html, graph.yaml), which holds none unless `overwrite`; None: no file.
-    `taps`: outputs whose messages are in `Result.taps`. `follow`: with clock: real, a reference follows the run.
+    `taps`: outputs whose messages are in `Result.taps`; what makes them runs, though no sink or recording needs it.
+    `follow`: with clock: real, a reference follows the run.
     `reference`: a recording that judges the run instead of a reference run. `without_reference`: neither, and no
     metrics that need one.
 

@@ -113,16 +113,18 @@ class New(BuiltOn):
 
     def test_a_node_is_built_installed_and_found(self):
         said = self.new("node", "mylab.smooth").stdout
-        self.assertEqual(sorted(p.name for p in (self.folder / "mylab").iterdir()), ["CMakeLists.txt", "README.md", "graph.yaml", "smooth.cpp"])
+        self.assertEqual(sorted(p.name for p in (self.folder / "mylab").iterdir()), ["CMakeLists.txt", "README.md", "mylab.yaml", "smooth.cpp"])
         self.assertRegex(said, "cmake -S mylab -B mylab/build -DCMAKE_PREFIX_PATH='[^']+' && cmake --build")
         for file in (self.folder / "mylab").iterdir():
             self.assertNotIn("example", file.read_text())
+            self.assertNotIn("<!--", file.read_text())
         build = self.build(self.folder / "mylab", "mylab")
         self.passes(build)
         self.do("tactor", "nodes", "mylab.smooth", code=2)
         self.do("cmake", "--install", build, "--prefix", self.home / ".local")
         self.assertIn("mylab.smooth", self.do("tactor", "nodes", "mylab.smooth").stdout)
-        self.do("tactor", "run", self.folder / "mylab/graph.yaml", "--duration", "0.5")
+        self.do("tactor", "run", self.folder / "mylab/mylab.yaml", "--duration", "0.5")
+        self.assertTrue((self.folder / "out/mylab/report.html").exists())
 
     @needs_live
     def test_a_device(self):
@@ -138,10 +140,10 @@ class New(BuiltOn):
 
     def test_a_study(self):
         self.new("study", "mine", "--graph", "wall/scene")
-        text = (self.folder / "mine/study.yaml").read_text()
+        text = (self.folder / "mine/mine.yaml").read_text()
         self.assertIn('graphs: ["wall/scene"]', text)
-        self.do("tactor", "study", self.folder / "mine/study.yaml", "--short", "--out", self.folder / "out")
-        self.assertEqual(len((self.folder / "out/study.csv").read_text().splitlines()), 1 + 2 * 2 * 2)
+        self.do("tactor", "study", "mine/mine.yaml", "--short")
+        self.assertEqual(len((self.folder / "out/mine/study.csv").read_text().splitlines()), 1 + 2 * 2 * 2)
 
     def test_a_node_by_the_name_of_its_library_alone_is_built(self):
         self.new("node", "plain")
@@ -150,7 +152,7 @@ class New(BuiltOn):
     def test_a_study_of_a_file_with_any_name(self):
         graph = self.write("a b, #c: [d/my graph.yaml", "extends: wall/scene\n")
         self.new("study", "odd", "--graph", graph)
-        self.do("tactor", "study", self.folder / "odd/study.yaml", "--short", "--seeds", "1", "--duration", "0.2", "--judge", "whole", "--out", self.folder / "out")
+        self.do("tactor", "study", self.folder / "odd/odd.yaml", "--short", "--seeds", "1", "--duration", "0.2", "--judge", "whole", "--out", self.folder / "out")
 
     def test_words_of_the_example_may_be_in_a_name(self):
         self.new("node", "my.example_parabola")
@@ -165,14 +167,53 @@ class New(BuiltOn):
 
     def test_nothing_is_written_over(self):
         self.new("study", "mine")
-        before = (self.folder / "mine/study.yaml").read_text()
-        (self.folder / "mine/study.yaml").write_text(before + "# mine\n")
+        before = (self.folder / "mine/mine.yaml").read_text()
+        (self.folder / "mine/mine.yaml").write_text(before + "# mine\n")
         self.assertIn("is there already", self.new("study", "mine", code=2).stderr)
-        self.assertEqual((self.folder / "mine/study.yaml").read_text(), before + "# mine\n")
+        self.assertEqual((self.folder / "mine/mine.yaml").read_text(), before + "# mine\n")
 
     def test_a_graph_that_is_not_there_is_told(self):
         self.assertIn("nowhere", self.new("study", "mine", "--graph", "nowhere", code=2).stderr)
         self.assertFalse((self.folder / "mine").exists())
+
+
+class AsPrinted(BuiltOn):
+    """What `tactor new` prints is run as it is printed, beside a clone that was built and after an installation."""
+
+    def printed(self, command, *words):
+        said = self.do(command, "new", *words).stdout
+        commands = said.partition("\nNext:\n")[2].splitlines()
+        self.assertEqual(len(commands), 3, said)
+        return commands
+
+    def run_as_printed(self, commands):
+        for command in commands:
+            self.do("bash", "-c", command, env=dict(os.environ, **self.environment, CMAKE_BUILD_TYPE="Debug"))
+
+    def test_a_node_on_a_clone(self):
+        commands = self.printed(BUILD / "bin/tactor", "node", "near")
+        self.assertIn(f"-DCMAKE_PREFIX_PATH={BUILD.resolve()} ", commands[0])
+        self.run_as_printed(commands)
+        self.assertIn("near.predictor", self.do(BUILD / "bin/tactor", "nodes", "near.predictor").stdout)
+        self.do(BUILD / "bin/tactor", "run", "near/near.yaml", "--duration", "0.5")
+        self.assertTrue((self.folder / "out/near/summary.json").exists())
+
+    @needs_live
+    def test_a_device_on_a_clone_in_a_folder_with_a_blank(self):
+        self.run_as_printed(self.printed(BUILD / "bin/tactor", "device", "robot", "--in", "my machines")[:2])
+
+    def test_a_message_on_a_clone(self):
+        self.run_as_printed(self.printed(BUILD / "bin/tactor", "message", "pads")[:2])
+
+    def test_a_node_on_an_installation_with_a_blank_in_its_path(self):
+        commands = self.printed(self.prefix / "bin/tactor", "node", "far")
+        self.assertIn(f"-DCMAKE_PREFIX_PATH='{self.prefix}' ", commands[0])
+        self.run_as_printed(commands[:2])
+
+    def test_no_path_is_printed_that_the_environment_names(self):
+        self.environment["CMAKE_PREFIX_PATH"] = f"/opt/other:{BUILD}"
+        self.assertNotIn("CMAKE_PREFIX_PATH", self.printed(BUILD / "bin/tactor", "node", "told")[0])
+        self.assertIn("CMAKE_PREFIX_PATH", self.printed(self.prefix / "bin/tactor", "node", "untold")[0])
 
 
 class Tutorial(BuiltOn):

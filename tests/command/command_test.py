@@ -56,6 +56,19 @@ class ExitCodes(CommandTest):
     def test_an_out_folder_that_cannot_be_made_is_bad_input(self):
         self.assertEqual(tactor("run", GRAPHS / "duck/off.yaml", "--out", "/proc/nowhere").returncode, 2)
 
+    def test_a_run_that_is_too_short_to_be_judged_says_so(self):
+        said = self.run_ok("run", GRAPHS / "wall/scene.yaml", "--duration", "0.1", "--out", self.folder / "short").stdout
+        self.assertIn("judged nothing: the run was too short, 0.100 s; it is judged from 0.200 s on", " ".join(said.split()))
+        self.assertNotIn(" - s", said)
+
+    def test_a_whole_node_is_set(self):
+        said = self.run_ok("check", "--explain", GRAPHS / "wall/refit.yaml", "--set", "prediction={type: prediction.kalman}").stdout
+        self.assertIn("prediction.kalman", said)
+        self.assertNotIn("prediction.ar", said)
+        refused = tactor("check", GRAPHS / "wall/refit.yaml", "--set", "prediction=prediction.kalman")
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("node={type: ...} or node={python: FILE.py:Class}", " ".join(refused.stderr.split()))
+
     def live_graph(self):
         return self.write("real.yaml", self.judged_small_graph().read_text().replace("clock: virtual", "clock: real"))
 

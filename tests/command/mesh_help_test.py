@@ -3,6 +3,7 @@ import json
 import math
 import os
 import pathlib
+import re
 import shutil
 import sys
 import unittest
@@ -107,8 +108,23 @@ class Mesh(CommandTest):
         self.assertEqual((told["accepted"], told["refusal"]), (False, said))
         # So does the size.
         file = self.made("sound/ball_in_mm.off", SCENES)
-        self.assertIn("is 80 m long; is it in mm? write scale: 0.001", self.refused("mesh", "check", file))
-        self.run_ok("mesh", "check", file, "--scale", "0.001")
+        told = json.loads(self.run_ok("mesh", "check", file, "--json", "--unit", "cm").stdout)
+        self.assertEqual((told["accepted"], told["scale"]), (True, 0.01))
+
+    def test_a_mesh_in_mm_is_read_as_new_graph_reads_it(self):
+        file = self.made("sound/ball_in_mm.off", SCENES)
+        self.assertIn("a graph takes it with scale: 0.001 (80 units long, taken as mm;", " ".join(self.run_ok("mesh", "check", file).stdout.split()))
+        self.assertIn("with scale: 0.001", self.run_ok("mesh", "info", file).stdout)
+        for word, scale in (("--unit", "mm"), ("--scale", "0.001")):
+            said = self.run_ok("mesh", "check", file, word, scale).stdout
+            self.assertIn("with scale: 0.001", said)
+            self.assertNotIn("taken as", said)
+        self.assertIn("is 80 m long, which is unusual", " ".join(self.run_ok("mesh", "check", file, "--unit", "m").stdout.split()))
+        self.assertIn("--unit", self.refused("mesh", "check", file, "--unit", "feet"))
+        self.assertIn("excludes", self.refused("mesh", "check", file, "--unit", "mm", "--scale", "0.001"))
+        # Neither in m nor in mm of a size that one touches.
+        write_off(box(11.0, 11.0, 11.0), self.folder / "odd.off")
+        self.assertIn("is 11 m long; is it in mm? write scale: 0.001, or mesh check --unit mm", self.refused("mesh", "check", self.folder / "odd.off"))
 
     def test_holes_are_filled_up_to_a_stated_width_and_sheets_are_not(self):
         file, out = self.made("broken/ball_hole.off"), self.folder / "out.off"
@@ -280,6 +296,14 @@ class NewGraph(CommandTest):
         self.assertIn("scale: 0.001 ", (self.folder / "mm/scene.yaml").read_text())
         self.assertIn("scaled to 40 mm", self.new("small", "--mesh", mesh, "--size", "40 mm").stderr)
         self.assertIn("scale: 0.0005 ", (self.folder / "small/scene.yaml").read_text())
+        self.new("cm", "--mesh", mesh, "--unit", "cm")
+        self.assertIn("scale: 0.01 ", (self.folder / "cm/scene.yaml").read_text())
+
+    def test_the_next_steps_name_a_view_of_several_methods(self):
+        said = self.new("mine", "--method", "local").stdout
+        found = re.search(r"tactor view (\S+) (--over side_by_side)", said)
+        self.assertTrue(found, said)
+        self.run_ok("check", self.folder / "mine" / pathlib.Path(found[1]).name, *found[2].split())
 
     def test_what_cannot_be_used_is_refused_and_nothing_is_written(self):
         sheet = make.make(REFUSED, self.folder / "made", BUILD, {"archive/patch-13.off"})["archive/patch-13.off"]

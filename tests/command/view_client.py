@@ -201,9 +201,9 @@ class Page:
 class View:
     """`tactor view` as a process."""
 
-    def __init__(self, command, *arguments, cwd=None):
+    def __init__(self, command, *arguments, cwd=None, environment=None):
         self.process = subprocess.Popen([command, "view", *arguments, "--no-open"], stdout=subprocess.PIPE,
-                                        stderr=subprocess.PIPE, text=True, cwd=cwd)
+                                        stderr=subprocess.PIPE, text=True, cwd=cwd, env=dict(os.environ, **(environment or {})))
         line = self.process.stdout.readline()
         found = re.search(r"http://127\.0\.0\.1:(\d+)/#([0-9a-f]{32})", line)
         if not found:

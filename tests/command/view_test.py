@@ -1,6 +1,7 @@
 """`tactor view` without a browser: what its server lets in, what it tells, and what a page may do to a run."""
 import gzip
 import json
+import os
 import pathlib
 import re
 import signal
@@ -13,6 +14,18 @@ from harness import GRAPHS, TACTOR, CommandTest, needs_live, needs_meshes, needs
 from view_client import Closed, Page, View, read_head, request, upgrade_lines
 
 SCENE = str(GRAPHS / "wall/scene.yaml")
+BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", pathlib.Path(TACTOR).resolve().parents[1]))
+
+
+STALLED = """extends: {scene}
+{live}
+nodes:
+  stall: {{type: fault.stall, at: 12 s, lasts: {lasts}, lane: thread, thread: physics}}
+edges:
+  - dynamics.state -> stall.in
+  - stall.out -> coupling.state
+"""
+RAMP_DOWN = 0.1  # s, of devices unless a graph says otherwise
 
 
 def get(port, lines):
@@ -173,6 +186,8 @@ class Security(CommandTest):
 @needs_view
 @needs_live
 class Pages(CommandTest):
+    fault_nodes = {"TACTOR_NODE_PATH": str(BUILD / "tests/nodes")}
+
     def start_of(self, page):
         return page.hello["device"]["start"][:3]
 
@@ -209,6 +224,32 @@ class Pages(CommandTest):
             self.assertLessEqual(len(gaps), status["device"]["missed"] + 1)
             self.assertEqual((status["lost"], status["dropped"]), (0, 0))
             page.close()
+
+    def stalled(self, lasts, live=""):
+        """A wall whose physics does not come back for so long, once, from 12 s on."""
+        return str(self.write("stalled.yaml", STALLED.format(scene=SCENE, lasts=lasts, live=live)))
+
+    def test_the_mouse_outlasts_a_stall_with_the_force_at_zero(self):
+        with View(TACTOR, self.stalled("1.5 s"), environment=self.fault_nodes) as view:
+            page = view.page()
+            down = self.press(page)
+            stale = page.hello["causes"].index("stale")
+            page.wait_for(lambda p: any(int(v[1]) == stale for _, v in p.stream("safety")), 30, (down, True))
+            begin = next(t for t, v in page.stream("safety") if int(v[1]) == stale)
+            page.wait_for(lambda p: p.stream("commanded")[-1][0] > begin + 0.8, 15, (down, True))
+            # The gate's times are those of the graph, whatever the stall timeout is.
+            during = [v[2] for t, v in page.stream("commanded") if begin + RAMP_DOWN + 0.02 < t < begin + 0.8]
+            self.assertGreater(len(during), 100)
+            self.assertEqual(set(during), {0.0})
+            page.wait_for(lambda p: abs(p.stream("commanded")[-1][1][2]) > 0.3, 30, (down, True))
+            page.close()
+            self.assertIsNone(view.process.poll())
+
+    def test_a_graph_that_names_its_stall_timeout_keeps_it(self):
+        with View(TACTOR, self.stalled("1.5 s", "live: {stall_timeout: 0.5 s}"), environment=self.fault_nodes) as view:
+            said = view.process.communicate(timeout=60)[1]
+            self.assertEqual(view.process.returncode, 1)
+            self.assertRegex(said, r"node stall .*live\.stall_timeout of the graph is 500 ms")
 
     def test_a_closed_page_ramps_down_and_coming_back_is_disengaged(self):
         with View(TACTOR, SCENE) as view:

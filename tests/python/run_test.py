@@ -13,6 +13,23 @@ TIMES = {"wall_s", "cpu_s", "realtime_factor", "peak_memory_MB", "cost_us", "ref
 def deterministic(summary):
     return {key: value for key, value in summary.items() if key not in TIMES}
 
+OWN_PREDICTOR = '''import tactor
+
+
+class Last(tactor.Node):
+    """Goes on with the last force."""
+
+    role = "prediction"
+    force = tactor.Input("Wrench", trigger=True, queue=64, doc="the physics force")
+    forecast = tactor.Output("Forecast", doc="the force, and what is expected of it")
+
+    def step(self, step):
+        for sample in self.force.new():
+            made = self.forecast.zeros()
+            made["current_force"] = sample["force"]
+            self.forecast.send(sample["valid_ns"], made)
+'''
+
 
 class Runs(PackageTest):
     def test_metrics_are_those_of_the_command_on_the_same_graph_and_seed(self):
@@ -61,6 +78,16 @@ class Runs(PackageTest):
         said = self.refused(tactor.InputError, tactor.run, WALL, duration="1 s", taps=["device.comanded"])
         self.assertEqual(said, 'the run has no output device.comanded; did you mean "device.commanded"?')
 
+    def test_what_is_tapped_runs_without_a_sink_or_a_recording(self):
+        alone = {"record": None, "nodes": {"metrics": None}}
+        self.assertIn("nothing would run", self.refused(tactor.InputError, tactor.run, WALL, over=alone, duration="0.2 s"))
+        result = tactor.run(WALL, over=alone, duration="0.2 s", taps=["device.commanded", "coupling.force"], out=self.folder / "tapped")
+        self.assertEqual(len(result.taps["device.commanded"]), 200)
+        self.assertGreater(len(result.taps["coupling.force"]), 5)
+        # It is not recorded, and the graph that ran does not say so.
+        self.assertFalse((self.folder / "tapped/recording.h5").exists())
+        self.assertNotIn("device.commanded", (self.folder / "tapped/graph.yaml").read_text().partition("record:")[2])
+
     def test_a_tap_that_is_not_there_loses_no_earlier_results(self):
         tactor.run(WALL, duration="0.1 s", out=self.folder / "kept")
         before = (self.folder / "kept/summary.json").read_bytes()
@@ -74,6 +101,14 @@ class Runs(PackageTest):
         self.assertTrue((numpy.diff(curve["time"]) > 0).all())
         self.assertIn("<html", result.report)
         self.assertIn("device.faults", result.table(100))
+
+
+class Own(PackageTest):
+    def test_the_command_sets_a_node_to_a_class_of_a_file(self):
+        file = self.write("last.py", OWN_PREDICTOR)
+        said = command("check", "--explain", WALL, "--set", f"prediction={{python: {file}:Last}}", environment=self.environment)
+        self.assertEqual(said.returncode, 0, said.stderr)
+        self.assertIn("Last", said.stdout)
 
 
 class Errors(PackageTest):

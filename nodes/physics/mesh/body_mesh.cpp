@@ -87,8 +87,7 @@ SizeVerdict judge_size(double length, bool has_scale) {
   if (!(length >= 1e-6 && length <= 1e3)) return {what + "; a body must be 1 um to 1 km long, with its scale", {}};
   if (has_scale) return {{}, what + " with its scale, which is unusual for a body that is touched"};
   return {
-      what +
-          (length > longest ? "; is it in mm? write scale: 0.001, or mesh check --scale 0.001" : "; write its scale") +
+      what + (length > longest ? "; is it in mm? write scale: 0.001, or mesh check --unit mm" : "; write its scale") +
           " (the size of one unit of the file in metres; 1 if this length is meant): without scale, a body must be 1 "
           "mm to 10 m long",
       {}};

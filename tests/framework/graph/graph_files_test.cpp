@@ -500,8 +500,9 @@ BOOST_FIXTURE_TEST_CASE(errors_of_the_command_line_name_the_option, Fixture) {
        "--set scene.bodies.tol.mass=3: scene.bodies.tol: expected a body of the scene (tool, "
        "wall), found none of that name; did you mean \"tool\"?"},
       {"duration",
-       "--set duration: expected node.parameter=value, scene.bodies.body.key=value, duration=... or "
-       "seed=..., found no ="},
+       "--set duration: expected node.parameter=value, node={type: ...} or node={python: FILE.py:Class}, "
+       "scene.bodies.body.key=value, duration=... or seed=..., found no ="},
+      {"device=device.mouse", "or node={python: FILE.py:Class}"},
       {"device.rate=[", "--set device.rate=[: expected a name as the key, found a list (or a [ without its ])"},
       {"device..rate=1", "found an empty name"},
       {"durration=1 s", "did you mean \"duration\"?"},
