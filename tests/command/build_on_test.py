@@ -15,7 +15,7 @@ BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 EXAMPLES = ROOT / "examples"
 WAVES_PROJECT = """cmake_minimum_required(VERSION 3.25)
 project(waves LANGUAGES CXX)
-find_package(tactor 0.1 REQUIRED)
+find_package(tactor 0.2 REQUIRED)
 tactor_add_nodes(waves SOURCES waves.cpp)
 """
 

@@ -207,6 +207,11 @@ class Text(unittest.TestCase):
         for name, place in (("CITATION.cff", r"^version: (\S+)$"), ("docs/cite.md", r"^  version = \{(\S+)\},$"), ("docs/changelog.md", r"^## (\S+) ")):
             with self.subTest(file=name):
                 self.assertEqual(re.search(place, (ROOT / name).read_text(), re.MULTILINE)[1], version)
+        # An earlier version's headers and libraries do not fit, so find_package asks for this one.
+        for path in (*ROOT.glob("examples/*/CMakeLists.txt"), *ROOT.glob("docs/*/*.md"), ROOT / "tests/command/build_on_test.py"):
+            for asked in re.findall(r"find_package\(tactor (\d\S*?)[ )]", path.read_text()):
+                with self.subTest(file=path.relative_to(ROOT).as_posix()):
+                    self.assertEqual(asked, ".".join(version.split(".")[:2]))
 
     def test_former_terms_are_gone(self):
         here = ROOT / "tests/structure"
