@@ -99,7 +99,7 @@ def energy_rows():
     for heading, said in (("Energy, live", "with physics near"), ("Energy, live, with physics away", "with physics 10 and 50 ms away")):
         bound = [row for row in under("explanation/passivity", heading) if row["stage"].endswith("`energy_bound`")]
         held, cells = (sum(int(row["cells within the bound"].split(" of ")[i]) for row in bound) for i in (0, 1))
-        worst = max(number(row["share, worst"]) for row in bound)
+        worst = max(number(row["largest share"]) for row in bound)
         yield [f"the energy bound, live, {said}", f"It held in {held} of {cells} cells; the worst gave {worst:g} times what is allowed", where]
 
 
