@@ -37,13 +37,10 @@ void declare_springs(Declare<N>& declaration) {
   using P = typename N::Params;
   declaration
       .real("k_t", &P::k_t,
-            {.doc = "stiffness against displacement", .unit = "N/m", .default_value = 500, .min = 0, .above_min = true})
-      .real("k_r", &P::k_r,
-            {.doc = "stiffness against rotation, per rad",
-             .unit = "N m/rad",
-             .default_value = 1,
-             .min = 0,
-             .above_min = true});
+            {.doc = "translational stiffness", .unit = "N/m", .default_value = 500, .min = 0, .above_min = true})
+      .real(
+          "k_r", &P::k_r,
+          {.doc = "rotational stiffness, per rad", .unit = "N m/rad", .default_value = 1, .min = 0, .above_min = true});
 }
 
 }  // namespace tactor
