@@ -11,7 +11,9 @@ namespace {
 
 std::vector<std::string> names_of(const std::set<CLI::Option*>& options) {
   std::vector<std::string> names;
-  for (const CLI::Option* option : options) names.push_back("--" + option->get_lnames().at(0));
+  for (const CLI::Option* option : options) {
+    names.push_back(option->get_lnames().empty() ? option->get_name(true) : "--" + option->get_lnames()[0]);
+  }
   std::sort(names.begin(), names.end());  // The set is ordered by address.
   return names;
 }
