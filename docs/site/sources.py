@@ -13,6 +13,7 @@ LANGUAGES = {".cpp": "cpp", ".hpp": "cpp", ".py": "python", ".yaml": "yaml", ".c
              ".cmake": "cmake", ".ts": "typescript", ".dot": "dot"}
 PICTURES = {".svg", ".png", ".jpg", ".webp"}
 LINK = re.compile(r"\]\(([^)\s]+)\)|\b(?:src|srcset|href)=\"([^\"]+)\"")
+FILE_NAME = re.compile(r"\[([\w./]+\.md)\]\($")
 TOCTREE = re.compile(r"(?ms)^```\{toctree\}\n(.*?)^```\n")
 # Folders in their order, with the titles of those whose page of contents nobody wrote.
 FOLDERS = {"start": "Start", "tutorials": "Tutorials", "notebooks": "Notebooks", "coming_from": "Coming from", "howto": "How-to guides",
@@ -120,9 +121,19 @@ class Sources:
     def rewritten(self, path, name, text):
         out, last = [], 0
         for begin, end, link in links_of(text):
-            out += [text[last:begin], self.link(path, name, link)]
+            out += [self.titled(path, text[last:begin], link), self.link(path, name, link)]
             last = end
         return "".join(out) + text[last:]
+
+    def titled(self, path, before, link):
+        """The text before the target of a link. Where the link shows the name of a page's file, the site shows the page's title."""
+        file = self.root / os.path.normpath(pathlib.PurePosixPath(path).parent / link.partition("#")[0])
+        shown = FILE_NAME.search(before)
+        if not shown or shown.group(1) not in file.as_posix() or not file.is_file():
+            return before
+        title = title_of(file.read_text(), shown.group(1))
+        begins = re.search(r"(^|[.:]\s|\n\s*\n|[-*|]\s)$", before[:shown.start()]) or not title[1:2].islower()
+        return before[:shown.start()] + "[" + (title if begins else title[0].lower() + title[1:]) + "]("
 
     def link(self, path, name, link):
         """The link of a page, as it is in the site."""
