@@ -62,10 +62,10 @@ class ExitCodes(CommandTest):
         self.assertNotIn(" - s", said)
 
     def test_a_whole_node_is_set(self):
-        said = self.run_ok("check", "--explain", GRAPHS / "wall/refit.yaml", "--set", "prediction={type: prediction.kalman}").stdout
+        said = self.run_ok("check", "--explain", GRAPHS / "wall/scene.yaml", "--set", "prediction={type: prediction.kalman}").stdout
         self.assertIn("prediction.kalman", said)
-        self.assertNotIn("prediction.ar", said)
-        refused = tactor("check", GRAPHS / "wall/refit.yaml", "--set", "prediction=prediction.kalman")
+        self.assertNotIn("prediction.hold", said)
+        refused = tactor("check", GRAPHS / "wall/scene.yaml", "--set", "prediction=prediction.kalman")
         self.assertEqual(refused.returncode, 2)
         self.assertIn("node={type: ...} or node={python: FILE.py:Class}", " ".join(refused.stderr.split()))
 

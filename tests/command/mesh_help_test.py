@@ -119,7 +119,7 @@ class Mesh(CommandTest):
             said = self.run_ok("mesh", "check", file, word, scale).stdout
             self.assertIn("with scale: 0.001", said)
             self.assertNotIn("taken as", said)
-        self.assertIn("is 80 m long, which is unusual", " ".join(self.run_ok("mesh", "check", file, "--unit", "m").stdout.split()))
+        self.assertIn("is 80 m long with its scale, which is unusual", " ".join(self.run_ok("mesh", "check", file, "--unit", "m").stdout.split()))
         self.assertIn("--unit", self.refused("mesh", "check", file, "--unit", "feet"))
         self.assertIn("excludes", self.refused("mesh", "check", file, "--unit", "mm", "--scale", "0.001"))
         # Neither in m nor in mm of a size that one touches.

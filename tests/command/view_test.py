@@ -20,7 +20,7 @@ BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", pathlib.Path(TACTOR).resolve
 STALLED = """extends: {scene}
 {live}
 nodes:
-  stall: {{type: fault.stall, at: 12 s, lasts: {lasts}, lane: thread, thread: physics}}
+  stall: {{type: fault.stall, at: 12 s, lasts: {lasts}, lane: thread, thread: stalls}}
 edges:
   - dynamics.state -> stall.in
   - stall.out -> coupling.state

@@ -312,7 +312,7 @@ class PageRunner:
             text = f"{before}{text}#line 1 \"after the block\"\n{after}"
         source = self.work / f"block_{block.line}.cpp"
         source.write_text(text)
-        done = subprocess.run(["c++", "-std=c++20", "-fsyntax-only", f"-I{self.work}", f"-I{ROOT}", f"-I{BUILD}", "-isystem",
+        done = subprocess.run(["c++", "-std=c++20", "-fsyntax-only", f"-I{self.work}", f"-I{ROOT}", f"-I{BUILD}/generated", "-isystem",
                                "/usr/include/eigen3", source], capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise Failed(f"does not compile:\n{done.stderr[:4000]}")

@@ -106,7 +106,7 @@ class Runs(PackageTest):
 class Own(PackageTest):
     def test_the_command_sets_a_node_to_a_class_of_a_file(self):
         file = self.write("last.py", OWN_PREDICTOR)
-        said = command("check", "--explain", WALL, "--set", f"prediction={{python: {file}:Last}}", environment=self.environment)
+        said = command("check", "--explain", "wall/scene", "--set", f"prediction={{python: {file}:Last}}", environment=self.environment)
         self.assertEqual(said.returncode, 0, said.stderr)
         self.assertIn("Last", said.stdout)
 
