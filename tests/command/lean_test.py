@@ -180,7 +180,7 @@ class Lean(CommandTest):
 
     @needs_hdf5
     def test_the_bunny_does_a_fifth_of_the_work_within_the_budget(self):
-        seconds = ("--duration", 0.8)
+        seconds = ("--duration", 0.6)
         found = self.lean("bunny/fine.yaml", "--budget", 0.05, *seconds, *FEW[2:])
         steps = self.steps(found)
         # The dear parts: the search of all faces, the sub-steps, and the contact samples.
@@ -216,7 +216,7 @@ class Lean(CommandTest):
 
     @needs_hdf5
     def test_soft_tissue_may_do_with_fewer_and_simpler_elements_and_a_smaller_patch(self):
-        settings = [f"--set={name}" for name in ("scene.bodies.gel.tetrahedra=400", "dynamics.elements=quadratic", "dynamics.patch_nodes=12",
+        settings = [f"--set={name}" for name in ("scene.bodies.gel.tetrahedra=400", "dynamics.elements=quadratic", "dynamics.patch_nodes=12", "dynamics.solver=simplicial",
                                                  *(f"dynamics.{coarsest}" for coarsest in ("iterations=5", "newton_iterations=2", "tolerance=0.05",
                                                                                            "soft_spacing=8 mm")),
                                                  "local.resimulate=false", "local.curvature=false")]
