@@ -200,15 +200,15 @@ class AsPrinted(BuiltOn):
 
     @needs_live
     def test_a_device_on_a_clone_in_a_folder_with_a_blank(self):
-        self.run_as_printed(self.printed(BUILD / "bin/tactor", "device", "robot", "--in", "my machines")[:2])
+        self.run_as_printed(self.printed(BUILD / "bin/tactor", "device", "robot", "--in", "my machines")[:1])
 
     def test_a_message_on_a_clone(self):
-        self.run_as_printed(self.printed(BUILD / "bin/tactor", "message", "pads")[:2])
+        self.run_as_printed(self.printed(BUILD / "bin/tactor", "message", "pads")[:1])
 
     def test_a_node_on_an_installation_with_a_blank_in_its_path(self):
         commands = self.printed(self.prefix / "bin/tactor", "node", "far")
         self.assertIn(f"-DCMAKE_PREFIX_PATH='{self.prefix}' ", commands[0])
-        self.run_as_printed(commands[:2])
+        self.run_as_printed(commands[:1])
 
     def test_no_path_is_printed_that_the_environment_names(self):
         self.environment["CMAKE_PREFIX_PATH"] = f"/opt/other:{BUILD}"

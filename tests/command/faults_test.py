@@ -480,7 +480,7 @@ class Replay(FaultRun):
                 (self.folder / "virtual/recording.h5", "comes from a run under the virtual clock"),
                 (self.folder / "nowhere.h5", "there is no recording"),
                 (graph, "is not an HDF5 file"),
-                (change("torn.h5", lambda file: file.attrs.modify("complete", 0)), "its run did not close it"),
+                (change("torn.h5", lambda file: file.attrs.modify("complete", 0)), "its run ended without closing it"),
                 (change("lost.h5", lambda file: cut(file, "steps", slice(100, None))), "some steps of node .* were lost"),
                 (change("without.h5", lambda file: file["streams"].pop("steps")), "steps"),
         ):
