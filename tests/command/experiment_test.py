@@ -185,8 +185,8 @@ nodes:
         result = tactor("check", file)
         self.assertEqual(result.returncode, 2)
         for place, text in ((6, "fifth"), (7, 'select.blend_tim=1: the graph has no such parameter; did you mean "select.blend_time"?'),
-                            (8, "device.encoder_step=1 mm: device.simulated reads it when it is made"),
-                            (10, "gain.ramp=0: interpolation.gain reads it when it is made")):
+                            (8, "device.encoder_step=1 mm: device.simulated reads it only at the start"),
+                            (10, "gain.ramp=0: interpolation.gain reads it only at the start")):
             self.assertRegex(result.stderr, rf"study\.yaml:{place}:\d+: .*")
             self.assertIn(text, result.stderr)
         self.assertIn("expected a number from 0 to 10, found 13", result.stderr)
@@ -312,7 +312,7 @@ nodes:
             self.assertGreater(float(row[f"limited_{row['comparison']}"]), 0)
             self.assertEqual(row[f"limited_{3 - int(row['comparison'])}"], "0")
             self.assertAlmostEqual(float(row[f"peak_{row['comparison']}_N"]) / (0.6 * most), 1, places=3)
-        self.assertIn("in 2 trials the device displayed less than was wanted", " ".join(result.stdout.split()))
+        self.assertIn("in 2 trials the device displayed less force than was wanted", " ".join(result.stdout.split()))
         self.assertEqual(json.loads((self.folder / "out_P02/summary.json").read_text())["experiment"]["limited_trials"], 2)
 
     def test_a_run_under_the_virtual_clock_comes_out_the_same_however_often(self):

@@ -349,7 +349,7 @@ class ModbusRun(CommandTest):
 
     def test_a_motor_without_a_watchdog_is_told_by_check_and_run(self):
         profile = self.write("forgetful.yaml", (ROOT / "devices/modbus/profiles/oriental_az.yaml").read_text())
-        warning = "tactor: forgetful: its profile names no watchdog: where this program is killed"
+        warning = "tactor: forgetful: its profile names no watchdog: if this program is killed"
         graph = self.graph("tcp:127.0.0.1:9", "connect_timeout: 0.3 s, failure_timeout: 0.3 s", profile)
         check = self.run_ok("check", graph)
         self.assertEqual(check.stderr.count(warning), 1, check.stderr)

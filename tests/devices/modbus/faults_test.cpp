@@ -320,7 +320,7 @@ BOOST_AUTO_TEST_CASE(another_master_that_puts_the_motor_to_sleep_is_a_fault) {
              failure.text);
   BOOST_TEST(rig.eventually([&] { return rig.cycle(5) && rig.sample.faults != 0; }));
   BOOST_TEST(
-      rig.failure.text.find("mode_now has become 1, which the start-up left at 2: another master") != std::string::npos,
+      rig.failure.text.find("mode_now has become 1, but the start-up left it at 2: another master") != std::string::npos,
       rig.failure.text);
 }
 
@@ -336,7 +336,7 @@ BOOST_DATA_TEST_CASE(bytes_that_nobody_asked_for_are_a_fault_of_the_line, both, 
   std::uint16_t word = 0;
   BOOST_TEST(!client.transfer({.function = 3, .read_address = 10, .read_count = 1}, nullptr, &word, failure));
   BOOST_CHECK(failure.error == LinkError::protocol);
-  BOOST_TEST(failure.text.find("2 bytes came that nobody had asked for: another master") == 0U, failure.text);
+  BOOST_TEST(failure.text.find("2 bytes came without a request: another master") == 0U, failure.text);
   close(pair[1]);
 }
 
