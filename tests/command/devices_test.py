@@ -82,7 +82,7 @@ class Emulated(CommandTest):
         result = self.answer("device", "test", graph, "--seconds", "0.5", text="n\n")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assertIn("position", result.stdout)
-        self.assertIn("Give it up to 1 N", result.stdout)
+        self.assertIn("Apply up to 1 N", result.stdout)
         self.assertIn("no force was given", result.stdout)
         self.assertFalse(log.exists())
         result = self.answer("device", "test", graph, "--seconds", "0.5", "--yes")
@@ -109,7 +109,7 @@ class Emulated(CommandTest):
         result = self.answer("device", "test", graph, "--seconds", "0.5", text="n\n")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         warning = result.stdout.find("Note: az: its profile names no watchdog")
-        self.assertTrue(0 < warning < result.stdout.find("Give it up to 1 N"), result.stdout)
+        self.assertTrue(0 < warning < result.stdout.find("Apply up to 1 N"), result.stdout)
         self.assertNotIn("watchdog", self.answer("device", "test", self.graph(), "--seconds", "0.5", text="n\n").stdout)
 
     def test_a_device_is_calibrated(self):

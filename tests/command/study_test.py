@@ -121,7 +121,7 @@ class Table(StudyTest):
         text = f"graphs: [{graph}]\nseeds: 2\nduration: 0.6 s\n"
         self.study(text, "out")
         first = self.bytes_of("out")
-        self.assertIn("--overwrite begins anew", self.study(text, "out", code=2).stderr)
+        self.assertIn("--overwrite starts anew", self.study(text, "out", code=2).stderr)
         self.study(text, "out", "--resume")
         self.assertEqual(self.bytes_of("out"), first)
         self.study("title: another\n" + text + "# more\n", "out", "--resume")  # runs the same runs
@@ -275,7 +275,7 @@ class Failures(StudyTest):
 
     def test_a_metric_that_did_not_come_up_is_told(self):
         result = self.study(f"graphs: [{RECORDED}]\nseeds: 1\nduration: 0.6 s\nmetrics: [device.causes.dead_man, drops]\n", "out")
-        self.assertIn("device.causes.dead_man: no run has reported it; it is missing where it never came up", result.stderr)
+        self.assertIn("device.causes.dead_man: no run reported it; it is missing where it never came up", result.stderr)
 
 
 # A node behind the coupling that fails from then on.

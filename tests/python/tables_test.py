@@ -55,7 +55,7 @@ class Tables(PackageTest):
         pandas.testing.assert_frame_equal(tactor.study_table(self.folder / "study"), table)
         said = self.refused(tactor.InputError, tactor.study, study, out=self.folder / "study")
         self.assertIn("study.sqlite", said)
-        self.assertIn("resume=True goes on with them, overwrite=True begins anew", said)
+        self.assertIn("resume=True continues them, overwrite=True starts anew", said)
         self.assertNotIn("--", said)
         again = tactor.study(study, out=self.folder / "study", resume=True)
         pandas.testing.assert_frame_equal(again, table)

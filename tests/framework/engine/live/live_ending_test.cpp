@@ -108,7 +108,7 @@ BOOST_FIXTURE_TEST_CASE(a_device_that_does_not_come_to_rest_is_told_of, Fixture)
   drive(run);
   BOOST_TEST(!run.is_abandoned());
   BOOST_REQUIRE(run.failure().has_value());
-  BOOST_TEST(run.failure()->find("device node device has not come to rest") != std::string::npos);
+  BOOST_TEST(run.failure()->find("device node device has not stopped") != std::string::npos);
 }
 
 BOOST_FIXTURE_TEST_CASE(a_node_that_throws_does_not_keep_a_device_on_its_thread_from_ramping_down, Fixture) {
