@@ -180,7 +180,7 @@ class Lean(CommandTest):
 
     @needs_hdf5
     def test_the_bunny_does_a_fifth_of_the_work_within_the_budget(self):
-        seconds = ("--duration", 0.6)
+        seconds = ("--duration", 0.8)
         found = self.lean("bunny/fine.yaml", "--budget", 0.05, *seconds, *FEW[2:])
         steps = self.steps(found)
         # The dear parts: the search of all faces, the sub-steps, and the contact samples.

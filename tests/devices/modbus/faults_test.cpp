@@ -319,9 +319,9 @@ BOOST_AUTO_TEST_CASE(another_master_that_puts_the_motor_to_sleep_is_a_fault) {
   BOOST_TEST(other.transfer({.function = 6, .write_address = 3, .write_count = 1}, &asleep, nullptr, failure),
              failure.text);
   BOOST_TEST(rig.eventually([&] { return rig.cycle(5) && rig.sample.faults != 0; }));
-  BOOST_TEST(
-      rig.failure.text.find("mode_now has become 1, but the start-up left it at 2: another master") != std::string::npos,
-      rig.failure.text);
+  BOOST_TEST(rig.failure.text.find("mode_now has become 1, but the start-up left it at 2: another master") !=
+                 std::string::npos,
+             rig.failure.text);
 }
 
 BOOST_DATA_TEST_CASE(bytes_that_nobody_asked_for_are_a_fault_of_the_line, both, serial) {

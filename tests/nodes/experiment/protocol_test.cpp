@@ -337,7 +337,8 @@ BOOST_AUTO_TEST_CASE(a_device_that_displays_less_than_was_wanted_is_told) {
   BOOST_TEST(d.rows[0].limited_second == 0);
   const Report report = report_of(d.node);
   BOOST_REQUIRE(report.remarks().size() == 1U);
-  BOOST_TEST(report.remarks()[0].find("in 1 trials the device displayed less force than was wanted") != std::string::npos);
+  BOOST_TEST(report.remarks()[0].find("in 1 trials the device displayed less force than was wanted") !=
+             std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(a_device_that_displays_less_torque_than_was_wanted_is_told) {
