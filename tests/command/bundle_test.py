@@ -79,7 +79,7 @@ class Bundle(CommandTest):
     def test_what_cannot_be_packed_is_refused(self):
         study = self.write("mine.yaml", f"graphs: [{GRAPHS}/wall/scene.yaml]\nseeds: 1\n")
         archive = self.folder / "mine.tar.gz"
-        self.assertIn(f"found {GRAPHS}/wall/scene.yaml, which another machine has not", self.bundle(study, "--out", archive, code=2))
+        self.assertIn(f"found {GRAPHS}/wall/scene.yaml, which does not exist on another machine", self.bundle(study, "--out", archive, code=2))
         self.assertFalse(archive.exists())
         self.assertIn("expected a name that ends in .tar.gz", self.bundle(study, "--out", self.folder / "mine.zip", code=2))
         self.assertIn("expected a folder that exists", self.bundle(study, "--out", self.folder / "no/mine.tar.gz", code=2))

@@ -79,7 +79,7 @@ class Languages(PageRunnerTest):
                       "```pycon\n>>> a\n2\n```\n")
 
     def test_an_exception_is_told_with_the_line_of_the_page(self):
-        self.refused("```python\na = 1\n```\n\n```python\nb = 2\n1 / 0\n```\n", 'File "page.md", line 7')
+        self.refused("```python\na = 1\n```\n\n```python\nb = 2\n1 / 0\n```\n", 'page.md", line 7')
 
     def test_numbers_of_a_session_may_differ_in_their_last_digits(self):
         self.run_text("```pycon\n>>> {'a': 1 / 3}\n{'a': 0.3333}\n```\n")
