@@ -96,7 +96,7 @@ class Mesh(CommandTest):
         self.assertEqual(told["removed_faces"], [])
         self.assertLessEqual(told["old_to_new"], 1.001e-4 * told["diagonal"])
         said = self.run_ok("mesh", "repair", file, "--out", out, "--overwrite").stdout
-        self.assertRegex(said, r"but for what lies inside now, 1[23]\S* % of its area")
+        self.assertRegex(said, r"but for the part that lies inside now, 1[23]\S* % of its area")
 
     def test_check_says_what_a_graph_says(self):
         file = self.made("broken/ball_hole.off")

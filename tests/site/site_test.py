@@ -158,9 +158,10 @@ class InABrowser(unittest.TestCase):
         field = self.browser.find_element(By.CSS_SELECTOR, ".sidebar-search")
         field.send_keys("passivity")
         field.submit()
-        self.until("document.querySelectorAll('ul.search li a').length > 2")
-        found = self.browser.find_elements(By.CSS_SELECTOR, "ul.search li a")
-        next(a for a in found if "explanation/passivity.html" in a.get_attribute("href")).click()
+        # The page adds what it finds one by one.
+        wanted = "ul.search li a[href*='explanation/passivity.html']"
+        self.until(f'document.querySelector("{wanted}")')
+        self.browser.find_element(By.CSS_SELECTOR, wanted).click()
         self.until("location.pathname.endsWith('/explanation/passivity.html') && document.querySelector('article .highlighted')")
         self.assertEqual(self.complaints(), [])
 
