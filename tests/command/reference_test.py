@@ -102,15 +102,15 @@ class Pages(CommandTest):
         self.assertIn("`[0, 0, 0]`", self.pages["nodes/usb.device.md"])
         for name, text in self.pages.items():
             plain = re.sub(r"```.*?```|`[^`]*`|<!--.*?-->|\[[^\]]*\]\([^)]*\)", "", text, flags=re.DOTALL)
-            plain = re.sub(r"\\[\\*\[\]<>$|~#{}_]", "", plain)
-            self.assertIsNone(re.search(r"[*\[\]<>$~{}]", plain), name)
+            plain = re.sub(r"\\[\\*\[\]<$|~_]", "", plain)
+            self.assertIsNone(re.search(r"[*\[\]$]|~~|<[\w/!]", plain), name)
 
     def test_every_key_of_the_readers_is_listed(self):
         page = self.pages["graph_keys.md"]
         for key in ("duration", "scene.bodies.NAME.mass", "scene.bodies.NAME.material.patch_area", "live.pool.workers",
                     "nodes.NAME.lane", "nodes.NAME.cost.per_contact", "edges[].delay", "baseline", "run_timeout"):
             self.assertIn(f"| `{key}` |", page)
-        self.assertRegex(page, r"\| `scene\.bodies\.NAME\.material\.stiffness` \| number \| N/m \| `2000\.0` \|")
+        self.assertRegex(page, r"\| `scene\.bodies\.NAME\.material\.stiffness` \| number \| N/m \| `2000` \|")
         for row in re.findall(r"^\| `.*$", page, re.MULTILINE):
             self.assertRegex(row, r" \| \S[^|]* \|$", "a key without a word about it")
         # What a study's reader takes is what the page lists.

@@ -64,8 +64,8 @@ std::string example_value(const ParamInfo& param) {
 
 /// How well an output suits an input of the same type, by what both are called.
 int likeness(const NodeInfo& from, const OutputInfo& output, const InputInfo& input) {
-  if (output.name == input.name) return 3;
-  if (name_of_node(from) == input.name) return 2;
+  if (name_of_node(from) == input.name) return 3;
+  if (output.name == input.name) return 2;
   return name_of(from.role) == input.name ? 1 : 0;
 }
 
