@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/verb_info.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 
@@ -14,7 +15,7 @@ int run_command(int argc, char** argv) {
   CLI::App app{"Tactor renders smooth force feedback from slow physics.", "tactor"};
   app.set_version_flag("--version", TACTOR_VERSION);
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 done, 1 failed while running, 2 bad input.");
+  app.footer("Exit codes: " + std::string(exit_codes));
   int exit_code = 0;
   for (const auto add : {add_demo,   add_new,    add_run,   add_compare,   add_study,   add_check,  add_explain,
                          add_lean,   add_graph,  add_nodes, add_schema,    add_export,  add_import, add_view,

@@ -30,9 +30,9 @@ CLI::Option* add_text_option(CLI::App& verb, const std::string& name, const std:
 template <class Target>
 CLI::Option* add_number(CLI::App& verb, const std::string& name, Target& target, const NumberRule& rule,
                         const std::string& doc) {
-  return detail::add_text_option(verb, name, rule.unit, doc, [&target, name, rule](const std::string& text) {
-    target = option_number(name, text, rule);
-  });
+  return detail::add_text_option(
+      verb, name, rule.unit == "1" ? "NUMBER" : rule.unit, doc,
+      [&target, name, rule](const std::string& text) { target = option_number(name, text, rule); });
 }
 
 template <class Target>

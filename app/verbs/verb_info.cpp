@@ -48,7 +48,6 @@ VerbInfo describe_verb(const CLI::App& app, const std::string& name) {
   VerbInfo info;
   info.name = name;
   info.summary = app.get_description();
-  info.footer = app.get_footer();
   info.is_hidden = app.get_group().empty();
   info.passes_on = app.get_prefix_command();
   for (const CLI::Option* option : app.get_options({})) {

@@ -12,6 +12,9 @@ class App;
 
 namespace tactor {
 
+/// What every verb returns, unless its own text says otherwise.
+inline constexpr std::string_view exit_codes = "0 done, 1 failed while running, 2 bad input.";
+
 /// An option or argument of a verb.
 struct OptionInfo {
   std::vector<std::string> names;  ///< `-h`, `--help`; of an argument its name alone
@@ -33,7 +36,6 @@ struct OptionInfo {
 struct VerbInfo {
   std::string name;  ///< `mesh check`; empty: the command
   std::string summary;
-  std::string footer;      ///< exit codes
   bool is_hidden = false;  ///< the overview of the command leaves it out
   bool passes_on = false;  ///< what follows it goes to another program
   std::vector<OptionInfo> arguments;

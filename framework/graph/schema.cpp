@@ -280,13 +280,14 @@ Json edges_schema() {
   const Json queue = {{"type", "string"},
                       {"pattern", R"(^(latest|queue\(\s*[1-9]\d*\s*,\s*(drop_oldest|drop_newest|block)\s*\))$)"}};
   const Json end = {{"type", "string"}, {"pattern", R"(^\w+\.\w+$)"}};
+  const Json kept = said("`latest`, or `queue(SIZE, POLICY)`; the input's where it is absent", queue);
   const Json delay = said("how long after a message became visible it arrives", not_negative("s"), 0);
   Json full = closed({{"from", said("an output, `node.output`", end)},
                       {"to", said("an input, `node.input`", end)},
-                      {"queue", said("`latest`, or `queue(SIZE, POLICY)`; the input's where it is absent", queue)},
+                      {"queue", kept},
                       {"delay", delay}});
   full["required"] = {"from", "to"};
-  const Json value = {{"anyOf", {{{"type", "null"}}, queue, closed({{"queue", queue}, {"delay", delay}})}}};
+  const Json value = {{"anyOf", {{{"type", "null"}}, queue, closed({{"queue", kept}, {"delay", delay}})}}};
   const Json one_entry = {{"type", "object"},
                           {"minProperties", 1},
                           {"maxProperties", 1},

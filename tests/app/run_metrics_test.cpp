@@ -246,9 +246,10 @@ BOOST_FIXTURE_TEST_CASE(a_report_needs_its_metric, Fixture) {
   BOOST_TEST(refusal("report: {kind: work_precision, error: meter.eror_N}\n", made)
                  .starts_with("study.yaml:2:39: "
                               "report.error: expected"));
-  BOOST_TEST(refusal("report: {kind: work_precision, error: meter.count}\n", made) ==
-             "study.yaml:2:39: report.error: expected a metric of which less is better, or more, found meter.count, of "
-             "which neither is");
+  BOOST_TEST(
+      refusal("report: {kind: work_precision, error: meter.count}\n", made) ==
+      "study.yaml:2:39: report.error: expected a metric for which lower or higher is better, found meter.count, for "
+      "which neither is declared");
   BOOST_TEST(refusal("report: work_precision\n", made)
                  .starts_with("study.yaml:2:9: report: work_precision: expected a metric that a run of the study "
                               "reports, found delivered.force.rms_error_N"));

@@ -342,7 +342,7 @@ BOOST_AUTO_TEST_CASE(what_is_said_of_run_times_tells_repeats_from_single_runs) {
   spec.graphs = {"a.yaml", "b.yaml"};
   spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
   const std::string single = timing_note(make_study(spec, comparison())).text;
-  BOOST_TEST(single.find("of a single run each, and nothing tells how far repeats would spread.") != std::string::npos,
+  BOOST_TEST(single.find("of a single run each; how far repeats would spread is unknown.") != std::string::npos,
              single);
   spec.warm_up = 2;
   const std::string warm = timing_note(make_study(spec, comparison())).text;

@@ -124,7 +124,7 @@ class Alone(Results):
         first = self.long_run("--out", "mine")
         self.wait_until((self.folder / "mine/.tactor.lock").exists, first, "the run had its folder")
         second = self.here("run", self.judged_small_graph(), "--out", "mine", code=2)
-        self.assertIn("mine: expected a folder that nobody writes, found another tactor at it", second.stderr)
+        self.assertIn("mine: expected a folder that no other program writes, found another tactor writing it", second.stderr)
         third = self.here("run", self.judged_small_graph(), "--out", "mine", "--overwrite", code=2)
         self.assertIn("another tactor", third.stderr)
         first.kill()

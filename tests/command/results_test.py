@@ -141,7 +141,7 @@ class Touching(CommandTest):
     def test_a_comparison_of_different_scenes_says_in_what_they_differ(self):
         other = self.write("other.yaml", f"extends: {WALL}\nscene: {{bodies: {{wall: {{material: {{stiffness: 1 N/mm}}}}}}}}\n")
         result, found, page = self.compare(WALL, other, "--duration", "1")
-        says = "other: its scene is not that of wall: it has another material of wall; what differs is not the method alone"
+        says = "other: its scene differs from that of wall: it has another material of wall; so more than the method differs"
         self.assertIn("WARNING: " + says, plain(result.stdout))
         self.assertEqual(found["warnings"], [says])
         self.assertIn(says, page)

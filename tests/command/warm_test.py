@@ -177,7 +177,7 @@ duration: 5.5 s
             self.assertIn(text, result.stderr)
         self.assertFalse((self.folder / "cold/study.sqlite").exists())
         result = self.study(self.STUDY, "late", "--duration", "4", code=2)
-        self.assertIn("expected 1 s or more of the run", result.stderr)
+        self.assertIn("expected at least 1 s of the run", result.stderr)
 
     def test_what_is_compared_side_by_side_shares_its_interval_too(self):
         out = self.folder / "compare"

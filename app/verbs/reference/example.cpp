@@ -64,8 +64,8 @@ std::string example_value(const ParamInfo& param) {
 
 /// How well an output suits an input of the same type, by what both are called.
 int likeness(const NodeInfo& from, const OutputInfo& output, const InputInfo& input) {
-  if (output.name == input.name) return 3;
-  if (name_of_node(from) == input.name) return 2;
+  if (name_of_node(from) == input.name) return 3;
+  if (output.name == input.name) return 2;
   return name_of(from.role) == input.name ? 1 : 0;
 }
 
@@ -75,14 +75,17 @@ std::optional<std::string> feeding(const NodeInfo& reader, const InputInfo& inpu
   std::optional<std::string> found;
   int best = -1;
   for (const NodeInfo* info : types) {
-    if (name_of_node(*info) == name_of_node(reader)) continue;
+    if (info == &reader) continue;
+    // Two nodes of one library cannot both have its name.
+    const bool is_neighbour = name_of_node(*info) == name_of_node(reader);
+    const std::string sender = is_neighbour ? info->type.substr(info->type.find('.') + 1) : name_of_node(*info);
     for (const OutputInfo& output : info->outputs) {
       const bool is_refused = !input.refused_kind.empty() && output.kind == input.refused_kind;
       if (output.type == nullptr || !same_type(*output.type, *input.type) || is_refused) continue;
-      const int like = likeness(*info, output, input);
+      const int like = is_neighbour ? 0 : likeness(*info, output, input);
       if (like <= best) continue;
       best = like;
-      found = name_of_node(*info) + "." + output.name;
+      found = sender + "." + output.name;
     }
   }
   return found;

@@ -2,6 +2,7 @@
 // takes.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <set>
 
@@ -27,7 +28,8 @@ class KeyRows {
       for (const auto& [key, value] : properties->items()) add_key(value, prefix.empty() ? key : prefix + "." + key);
     }
     const auto named = map.find("additionalProperties");
-    if (named != map.end() && named->is_object()) add_inside(*named, prefix + ".NAME");
+    if (named != map.end() && named->is_object())
+      add_inside(*named, prefix + (map.contains("propertyNames") ? ".ARROW" : ".NAME"));
   }
 
   [[nodiscard]] const std::vector<std::vector<std::string>>& rows() const { return rows_; }
@@ -42,10 +44,8 @@ class KeyRows {
     if (const std::string ending = " (unit " + unit + ")"; doc.ends_with(ending))
       doc.resize(doc.size() - ending.size());
     const auto usual = value.find("default");
-    rows_.push_back(
-        {code_span(path), page_.text(type_of(value)), unit == "1" ? "" : page_.text(unit),
-         usual == value.end() ? "" : code_span(usual->is_string() ? usual->get<std::string>() : usual->dump()),
-         page_.text(doc)});
+    rows_.push_back({code_span(path), page_.text(type_of(value)), unit == "1" ? "" : page_.text(unit),
+                     usual == value.end() ? "" : code_span(default_text(*usual)), page_.text(doc)});
     add_inside(value, path);
   }
 
@@ -56,7 +56,13 @@ class KeyRows {
     if (items != value.end() && items->is_object()) add_inside(*items, path + "[]");
     const auto alternatives = value.find("anyOf");
     if (alternatives == value.end()) return;
-    for (const Json& one : *alternatives) add_inside(one, path);
+    for (const Json& one : *alternatives) {
+      // A list of what may stand there alone says nothing new.
+      const bool is_list_of_another = std::any_of(alternatives->begin(), alternatives->end(), [&](const Json& other) {
+        return one.contains("items") && one["items"] == other;
+      });
+      if (!is_list_of_another) add_inside(one, path);
+    }
   }
 
   /// What stands behind a reference, and without the null that only says that a value may be taken out.
@@ -68,6 +74,16 @@ class KeyRows {
     const auto alternatives = value.find("anyOf");
     if (alternatives == value.end() || alternatives->size() != 2) return value;
     return (*alternatives)[1] == Json::object({{"type", "null"}}) ? meant((*alternatives)[0]) : value;
+  }
+
+  /// As a graph would say it.
+  [[nodiscard]] static std::string default_text(const Json& value) {
+    if (value.is_string()) return value.get<std::string>();
+    if (value.is_number_float()) return fmt::format("{}", value.get<double>());
+    if (!value.is_array()) return value.dump();
+    std::string text;
+    for (const Json& item : value) text += (text.empty() ? "" : ", ") + default_text(item);
+    return "[" + text + "]";
   }
 
   [[nodiscard]] std::string type_of(const Json& value) const {
@@ -114,8 +130,8 @@ void add_key_page(const ReferenceSource& source, Pages& pages) {
   const std::vector<std::string> heads{"key", "takes", "unit", "default", "meaning"};
   page.heading(2, "Graph files");
   page.markdown(
-      "A number may carry any unit of the same dimension; bare it is in the unit shown. `NAME` stands for a name "
-      "of yours, `[]` for each item of a list.");
+      "A number may carry any unit of the same dimension; bare it is in the unit shown. `NAME` stands for a name of "
+      "yours, `ARROW` for `from.output -> to.input`, `[]` for each item of a list.");
   KeyRows rows(schema, page);
   rows.add_map(schema, "");
   page.table(heads, rows.rows());

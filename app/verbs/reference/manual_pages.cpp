@@ -103,8 +103,8 @@ std::string body(const VerbInfo& verb, const std::string& macro) {
   return text;
 }
 
-std::string ending(const VerbInfo& verb, const std::string& see_also) {
-  return ".SH EXIT STATUS\n" + roff(verb.footer) + "\n.SH SEE ALSO\n" + see_also + "\n";
+std::string ending(const std::string& see_also) {
+  return ".SH EXIT STATUS\n" + roff(exit_codes) + "\n.SH SEE ALSO\n" + see_also + "\n";
 }
 
 std::string verb_page(const VerbInfo& verb, const Edition& edition) {
@@ -118,7 +118,7 @@ std::string verb_page(const VerbInfo& verb, const Edition& edition) {
   for (const VerbInfo& inner : verb.verbs) {
     text += ".SH \"" + upper(roff(inner.name)) + "\"\n" + roff(inner.summary) + ".\n" + body(inner, ".SS");
   }
-  return text + ending(verb, ".BR tactor (1)");
+  return text + ending(".BR tactor (1)");
 }
 
 }  // namespace
@@ -137,7 +137,7 @@ Pages manual_pages(const VerbInfo& command, const std::string& version, const st
   if (summary.ends_with('.')) summary.pop_back();
   pages["tactor.1"] = heading(command, summary, edition) + ".SH SYNOPSIS\n\\fB" + roff(command.usage()) +
                       "\\fR\n.SH DESCRIPTION\n" + roff(command.summary) + "\n.SH VERBS\n" + verbs +
-                      body(command, ".SH") + ending(command, see_also);
+                      body(command, ".SH") + ending(see_also);
   return pages;
 }
 

@@ -22,12 +22,17 @@ bool is_word(char c) {
 bool is_mark(std::string_view text, std::size_t at) {
   const char c = text[at];
   if (c == '_') return at == 0 || at + 1 == text.size() || !is_word(text[at - 1]) || !is_word(text[at + 1]);
-  return std::string_view("\\*[]<>$|~#{}").find(c) != std::string_view::npos;
+  // A tag begins with a letter or a mark, a comparison does not.
+  if (c == '<') return at + 1 < text.size() && (is_word(text[at + 1]) || text[at + 1] == '/' || text[at + 1] == '!');
+  return std::string_view("\\*[]$|").find(c) != std::string_view::npos || text.substr(at, 2) == "~~";
 }
 
 /// A word that would begin a list, a heading or a quotation where it begins a line.
 bool begins_block(std::string_view word) {
-  if (word == "-" || word == "+" || word == "=" || word.starts_with("---") || word.starts_with("===")) return true;
+  if (word == "-" || word == "+" || word == "=" || word.starts_with(">") || word.starts_with("---") ||
+      word.starts_with("==="))
+    return true;
+  if (!word.empty() && word.find_first_not_of('#') == std::string_view::npos) return true;
   const std::size_t digits = word.find_first_not_of("0123456789");
   return digits != 0 && digits != std::string_view::npos && digits + 1 == word.size() &&
          (word[digits] == '.' || word[digits] == ')');

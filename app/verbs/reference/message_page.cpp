@@ -31,8 +31,9 @@ void add_fields(const std::vector<Field>& fields, const std::string& prefix, con
   for (const Field& field : fields) {
     const std::string in = field.frame.empty() ? frame : field.frame;
     const bool is_record = field.kind == FieldKind::record;
+    const bool is_vector = !field.shape.empty() || !field.frame.empty();
     rows.push_back({code_span(prefix + field.name), field_kind(field, page),
-                    is_record || field.unit == "1" ? "" : page.text(field.unit), is_record ? "" : in,
+                    is_record || field.unit == "1" ? "" : page.text(field.unit), is_record || !is_vector ? "" : in,
                     enumerators(field)});
     if (is_record) add_fields(field.fields, prefix + field.name + ".", in, page, rows);
   }

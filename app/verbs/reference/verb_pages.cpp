@@ -69,7 +69,7 @@ void add_verb_page(const VerbInfo& verb, const ReferenceSource& source, Pages& p
     add_verb(inner, 3, page);
   }
   page.heading(2, "Exit codes");
-  page.prose(verb.footer);
+  page.prose(exit_codes);
   page.put_into(pages);
 }
 
@@ -92,7 +92,7 @@ void add_verb_pages(const ReferenceSource& source, Pages& pages) {
   index.heading(2, "Options of the command");
   add_options(source.command.options, "option", index);
   index.heading(2, "Exit codes");
-  index.prose(source.command.footer);
+  index.prose(exit_codes);
   index.put_into(pages);
 }
 

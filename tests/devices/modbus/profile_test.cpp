@@ -348,7 +348,7 @@ BOOST_AUTO_TEST_CASE(a_watchdog_of_less_than_two_cycles_is_refused_with_the_figu
   BOOST_CHECK_EXCEPTION(
       setup("26 ms", 0), InputError,
       says("the watchdog of p: expected a time of at least two cycles of the line, 26.59 ms at 75.23 "
-           "Hz, found 26 ms, within which it would let go again and again; set link_rate to 76.92 Hz"));
+           "Hz, found 26 ms, at which the device would let go again and again; set link_rate to 76.92 Hz"));
   BOOST_TEST(setup("26 ms", 77).rate == 77);
   // 25 ms would take 80 Hz.
   BOOST_CHECK_EXCEPTION(setup("25 ms", 79), InputError,

@@ -406,5 +406,5 @@ BOOST_AUTO_TEST_CASE(several_moving_bodies_need_to_be_told_of) {
 
   states.count = 3;
   node.bodies.push({Time{2}, Time{2}, 1}, &states);
-  BOOST_CHECK_EXCEPTION(node.step(step), InputError, says("tells of 3 moving bodies; the scene has 2: two, one"));
+  BOOST_CHECK_EXCEPTION(node.step(step), InputError, says("has 3 moving bodies; the scene has 2: two, one"));
 }

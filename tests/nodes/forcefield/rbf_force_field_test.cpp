@@ -182,7 +182,7 @@ BOOST_AUTO_TEST_CASE(a_law_of_another_stiffness_is_an_error_that_names_it) {
     rig.push_law();
     push_device(rig.node.device, 1, {});
     const std::string error = input_error([&] { step_at(rig.node, rig.node.segment, 1, rig.last); });
-    BOOST_TEST(error.find("made for a coupling of 400.0") != std::string::npos, error);
+    BOOST_TEST(error.find("made for a coupling with k_t = 400.0") != std::string::npos, error);
     BOOST_TEST(error.find(std::to_string(other) + " N/m; set its k_t to that") != std::string::npos, error);
   }
 }

@@ -130,7 +130,7 @@ BOOST_AUTO_TEST_CASE(mappings_that_make_no_sense_are_refused_with_the_field) {
       {{}, "playback: columns are expected beside a CSV file"},
       {{{"force.x", "F"}}, "playback.columns: the field time is not mapped"},
       {{{"time", "t"}}, "only time is mapped"},
-      {{{"time", "t"}, {"force", "F"}}, "playback.columns: force is no field; expected time, or one of force"},
+      {{{"time", "t"}, {"force", "F"}}, "playback.columns: force is not a field; expected time, or one of force"},
       {{{"time", "t"}, {"force.x", "plain"}}, "force.x: the heading 'plain' names no unit; write it as `plain [unit]`"},
       {{{"time", "t"}, {"force.x", "plain [banana]"}}, "force.x: [banana] is not a unit"},
       {{{"time", "t"}, {"force.x", "F * 2 m"}}, "force.x: the column comes out in N m, expected N"},

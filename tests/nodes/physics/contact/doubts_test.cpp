@@ -76,7 +76,7 @@ BOOST_AUTO_TEST_CASE(a_path_beyond_a_hundred_bodies_is_told) {
   const HandPath out = line({0.012, 0, 0}, {2.0, 0, 0}), far_out = line({0.012, 0, 0}, {2.1, 0, 0});
   BOOST_TEST(!has(told({block, tool}, &out), "leaves the scene"));
   BOOST_TEST(has(told({block, tool}, &far_out),
-                 "leaves the scene: it goes 2.1 m away from all bodies, of which the longest is 20 mm"));
+                 "leaves the scene: it goes 2.1 m away from all bodies, and the longest of them is 20 mm"));
 }
 
 BOOST_AUTO_TEST_CASE(a_start_inside_a_body_is_told_with_its_depth) {

@@ -299,8 +299,7 @@ BOOST_AUTO_TEST_CASE(a_query_is_made_where_the_bodies_are_expected_and_the_ancho
   two.count = 2;
   rig.push(rig.node.expected, 29, two);
   BOOST_CHECK_EXCEPTION(rig.step(31), InputError, [](const InputError& e) {
-    return std::string(e.what()).find("the input expected tells of 2 moving bodies; the scene has 1") !=
-           std::string::npos;
+    return std::string(e.what()).find("the input expected has 2 moving bodies; the scene has 1") != std::string::npos;
   });
 }
 

@@ -217,7 +217,7 @@ BOOST_AUTO_TEST_CASE(tetrahedra_listed_the_other_way_round_are_turned_and_told) 
   const TetMesh mesh = make_volume(soup, "a.vtu");
   test::check_sound(mesh);
   BOOST_TEST_REQUIRE(soup.notes.size() == 1U);
-  BOOST_TEST(soup.notes[0] == "1 of 1 tetrahedra list their corners the other way round and were turned");
+  BOOST_TEST(soup.notes[0] == "1 of 1 tetrahedra listed their corners in reverse order and were turned");
 }
 
 BOOST_AUTO_TEST_CASE(flat_and_inverted_tetrahedra_are_refused_with_their_number_and_place) {
