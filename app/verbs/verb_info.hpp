@@ -44,7 +44,7 @@ struct VerbInfo {
 
   /// `tactor mesh check [OPTIONS] file`.
   [[nodiscard]] std::string usage() const;
-  /// The verb of that word; null where there is none.
+  /// The verb of that word; null if there is no such verb.
   [[nodiscard]] const VerbInfo* verb(std::string_view word) const;
 };
 

@@ -18,7 +18,7 @@ bool is_word(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_';
 }
 
-/// What Markdown could take for a mark inside of a line. An underscore inside of a word is none.
+/// What Markdown could take for a mark inside of a line. An underscore inside of a word is not a mark.
 bool is_mark(std::string_view text, std::size_t at) {
   const char c = text[at];
   if (c == '_') return at == 0 || at + 1 == text.size() || !is_word(text[at - 1]) || !is_word(text[at + 1]);
