@@ -89,8 +89,9 @@ void add_demo(CLI::App& app, int& exit_code) {
   CLI::App* verb =
       app.add_subcommand("demo", "Compare six methods on a shipped scene, then touch that scene in the browser");
   const auto arguments = std::make_shared<DemoArguments>();
-  verb->add_option("--scene", arguments->scene, "The scene (default: bunny, where its mesh is there; else duck)")
-      ->check(CLI::IsMember({"bunny", "duck"}));
+  choose_from(
+      verb->add_option("--scene", arguments->scene, "The scene (default: bunny, where its mesh is there; else duck)"),
+      {"bunny", "duck"});
   add_integer(*verb, "--seeds", arguments->seeds, 1, most_seeds, "Number of seeds")->default_str("2");
   add_results(
       *verb, arguments->results,
