@@ -13,6 +13,9 @@ from harness import HAS_LIVE, PATIENCE, ROOT, CommandTest, needs_live
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 EXAMPLES = ROOT / "examples"
+# Neither optimised nor with what a debugger reads; a user's project is optimised where it does not say otherwise.
+QUICK = "None"
+WARNINGS = "-Wall -Wextra -Werror"
 WAVES_PROJECT = """cmake_minimum_required(VERSION 3.25)
 project(waves LANGUAGES CXX)
 find_package(tactor 0.2 REQUIRED)
@@ -50,9 +53,8 @@ class BuiltOn(CommandTest):
         """The folder of its build, of which all tests have passed."""
         build = self.builds / name
         if not build.exists():
-            # Unoptimised, which is quicker to build; a user's project is optimised where it does not say otherwise.
-            self.do("cmake", "-G", "Ninja", "-S", source, "-B", build, f"-DCMAKE_PREFIX_PATH={self.prefix}", "-DCMAKE_BUILD_TYPE=Debug",
-                    "-DCMAKE_CXX_FLAGS=-Wall -Wextra -Werror")
+            self.do("cmake", "-G", "Ninja", "-S", source, "-B", build, f"-DCMAKE_PREFIX_PATH={self.prefix}", f"-DCMAKE_BUILD_TYPE={QUICK}",
+                    f"-DCMAKE_CXX_FLAGS={WARNINGS}")
             self.do("cmake", "--build", build)
         return build
 
@@ -111,43 +113,12 @@ class New(BuiltOn):
     def new(self, *words, code=0):
         return self.do("tactor", "new", *words, code=code)
 
-    def test_a_node_is_built_installed_and_found(self):
-        said = self.new("node", "mylab.smooth").stdout
-        self.assertEqual(sorted(p.name for p in (self.folder / "mylab").iterdir()), ["CMakeLists.txt", "README.md", "mylab.yaml", "smooth.cpp"])
-        self.assertRegex(said, "cmake -S mylab -B mylab/build -DCMAKE_PREFIX_PATH='[^']+' && cmake --build")
-        for file in (self.folder / "mylab").iterdir():
-            self.assertNotIn("example", file.read_text())
-            self.assertNotIn("<!--", file.read_text())
-        build = self.build(self.folder / "mylab", "mylab")
-        self.passes(build)
-        self.do("tactor", "nodes", "mylab.smooth", code=2)
-        self.do("cmake", "--install", build, "--prefix", self.home / ".local")
-        self.assertIn("mylab.smooth", self.do("tactor", "nodes", "mylab.smooth").stdout)
-        self.do("tactor", "run", self.folder / "mylab/mylab.yaml", "--duration", "0.5")
-        self.assertTrue((self.folder / "out/mylab/report.html").exists())
-
-    @needs_live
-    def test_a_device(self):
-        self.new("device", "robot", "--in", self.folder / "projects")
-        build = self.build(self.folder / "projects/robot", "robot")
-        self.passes(build)
-        said = self.do("tactor", "nodes", "robot.device", env=dict(os.environ, **self.environment, TACTOR_NODE_PATH=str(build / "nodes"))).stdout
-        self.assertIn("link_timeout", said)
-
-    def test_a_message(self):
-        self.new("message", "pads")
-        self.passes(self.build(self.folder / "pads", "pads"))
-
     def test_a_study(self):
         self.new("study", "mine", "--graph", "wall/scene")
         text = (self.folder / "mine/mine.yaml").read_text()
         self.assertIn('graphs: ["wall/scene"]', text)
         self.do("tactor", "study", "mine/mine.yaml", "--short")
         self.assertEqual(len((self.folder / "out/mine/study.csv").read_text().splitlines()), 1 + 2 * 2 * 2)
-
-    def test_a_node_by_the_name_of_its_library_alone_is_built(self):
-        self.new("node", "plain")
-        self.passes(self.build(self.folder / "plain", "plain"))
 
     def test_a_study_of_a_file_with_any_name(self):
         graph = self.write("a b, #c: [d/my graph.yaml", "extends: wall/scene\n")
@@ -188,7 +159,22 @@ class AsPrinted(BuiltOn):
 
     def run_as_printed(self, commands):
         for command in commands:
-            self.do("bash", "-c", command, env=dict(os.environ, **self.environment, CMAKE_BUILD_TYPE="Debug"))
+            self.do("bash", "-c", command, env=dict(os.environ, **self.environment, CMAKE_BUILD_TYPE=QUICK, CXXFLAGS=WARNINGS))
+
+    def test_a_node_on_an_installation_with_a_blank_in_its_path(self):
+        commands = self.printed("tactor", "node", "mylab.smooth")
+        self.assertEqual(sorted(p.name for p in (self.folder / "mylab").iterdir()), ["CMakeLists.txt", "README.md", "mylab.yaml", "smooth.cpp"])
+        for file in (self.folder / "mylab").iterdir():
+            self.assertNotIn("example", file.read_text())
+            self.assertNotIn("<!--", file.read_text())
+        self.assertIn(f"cmake -S mylab -B mylab/build -DCMAKE_PREFIX_PATH='{self.prefix}' && cmake --build", commands[0])
+        self.run_as_printed(commands[:1])
+        self.passes(self.folder / "mylab/build")
+        self.do("tactor", "nodes", "mylab.smooth", code=2)
+        self.run_as_printed(commands[2:])
+        self.assertIn("mylab.smooth", self.do("tactor", "nodes", "mylab.smooth").stdout)
+        self.do("tactor", "run", self.folder / "mylab/mylab.yaml", "--duration", "0.5")
+        self.assertTrue((self.folder / "out/mylab/report.html").exists())
 
     def test_a_node_on_a_clone(self):
         commands = self.printed(BUILD / "bin/tactor", "node", "near")
@@ -201,14 +187,14 @@ class AsPrinted(BuiltOn):
     @needs_live
     def test_a_device_on_a_clone_in_a_folder_with_a_blank(self):
         self.run_as_printed(self.printed(BUILD / "bin/tactor", "device", "robot", "--in", "my machines")[:1])
+        build = self.folder / "my machines/robot/build"
+        self.passes(build)
+        said = self.do("tactor", "nodes", "robot.device", env=dict(os.environ, **self.environment, TACTOR_NODE_PATH=str(build / "nodes"))).stdout
+        self.assertIn("link_timeout", said)
 
     def test_a_message_on_a_clone(self):
         self.run_as_printed(self.printed(BUILD / "bin/tactor", "message", "pads")[:1])
-
-    def test_a_node_on_an_installation_with_a_blank_in_its_path(self):
-        commands = self.printed(self.prefix / "bin/tactor", "node", "far")
-        self.assertIn(f"-DCMAKE_PREFIX_PATH='{self.prefix}' ", commands[0])
-        self.run_as_printed(commands[:1])
+        self.passes(self.folder / "pads/build")
 
     def test_no_path_is_printed_that_the_environment_names(self):
         self.environment["CMAKE_PREFIX_PATH"] = f"/opt/other:{BUILD}"
