@@ -4,7 +4,7 @@ import math
 import re
 import unittest
 
-from harness import CommandTest, Terminal, needs_live, needs_meshes, needs_view, tactor
+from harness import CACHE, CommandTest, Terminal, needs_live, needs_meshes, needs_view, tactor
 from view_client import Page
 
 METHODS = ["off", "fixed", "refit", "lowpass", "blend", "local"]
@@ -12,6 +12,11 @@ METHODS = ["off", "fixed", "refit", "lowpass", "blend", "local"]
 
 @needs_meshes
 class Demo(CommandTest):
+    def setUp(self):
+        super().setUp()
+        # References and meshes are computed once for all tests.
+        self.environment["TACTOR_CACHE"] = str(CACHE.parent / "tests/cache")
+
     def compared(self, scene, *options):
         """What the demo of a scene says, and what it leaves of each method."""
         result = self.run_ok("demo", "--scene", scene, "--seeds", "1", "--no-view", *options, cwd=self.folder)
@@ -38,8 +43,11 @@ class Demo(CommandTest):
                 self.assertIn(f"{scene}_local", (self.folder / "out/demo/report.html").read_text())
 
     def test_earlier_results_stay(self):
-        self.compared("duck")
-        self.compared("duck")
+        earlier = self.folder / "out/demo/report.html"
+        earlier.parent.mkdir(parents=True)
+        earlier.write_text("earlier")
+        self.run_ok("demo", "--scene", "duck", "--seeds", "1", "--no-view", cwd=self.folder)
+        self.assertEqual(earlier.read_text(), "earlier")
         self.assertTrue((self.folder / "out/demo_2/report.html").exists())
 
     def test_a_scene_that_it_does_not_have_is_bad_input(self):

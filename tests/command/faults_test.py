@@ -10,6 +10,7 @@ import select
 import shutil
 import signal
 import subprocess
+import tempfile
 import termios
 import time
 import unittest
@@ -95,12 +96,19 @@ class Recording:
         return found[0]
 
 
+def setUpModule():
+    # The mesh is prepared once.
+    FaultRun.cache = tempfile.mkdtemp(prefix="tactor-faults-")
+    unittest.addModuleCleanup(shutil.rmtree, FaultRun.cache, ignore_errors=True)
+
+
 @needs_meshes
 @needs_hdf5
 @unittest.skipIf(h5py is None, "h5py is not installed")
 class FaultRun(CommandTest):
     def setUp(self):
         super().setUp()
+        self.environment["TACTOR_CACHE"] = self.cache
         self.environment["TACTOR_NODE_PATH"] = str(FAULT_NODES)
         self.out = self.folder / "out"
 

@@ -45,6 +45,8 @@ class Installed(CommandTest):
         self.elsewhere.mkdir()
         self.environment["PATH"] = f"{self.prefix / 'bin'}:{os.environ['PATH']}"
         self.environment["XDG_RUNTIME_DIR"] = str(self.folder)
+        # Whatever test comes first prepares a mesh, for all.
+        self.environment["TACTOR_CACHE"] = str(self.prefix.parent / "cache")
 
     def run_ok(self, *arguments, **options):
         return super().run_ok(*arguments, **{"program": "tactor", "cwd": self.elsewhere, "timeout": PATIENCE, **options})
@@ -159,13 +161,16 @@ class Demo(Installed):
     @needs_meshes
     def test_it_takes_the_scene_whose_mesh_is_there(self):
         demo = ("demo", "--seeds", "1", "--no-view")
-        self.assertIn("bunny_local", self.run_ok(*demo).stdout)
+        with subprocess.Popen([self.program, *demo, "--out", self.folder / "begun"], stdout=subprocess.PIPE, text=True, cwd=self.elsewhere,
+                              env=dict(os.environ, **self.environment)) as begun:
+            self.assertIn("on the scene bunny", begun.stdout.readline())
+            begun.kill()
         # As in the packages.
         self.put_aside("bunny.off")
         said = self.run_ok(*demo).stdout
         self.assertIn("duck_local", said)
         self.assertNotIn("bunny", said)
-        self.assertTrue((self.elsewhere / "out/demo_2/report.html").exists())
+        self.assertTrue((self.elsewhere / "out/demo/report.html").exists())
         self.put_aside("duck.off")
         result = tactor(*demo, program=str(self.program), environment=self.environment, cwd=self.elsewhere)
         self.assertEqual(result.returncode, 2)
