@@ -10,7 +10,7 @@ from harness import GRAPHS, TACTOR  # noqa: E402
 
 STUDY = f"""graphs: [{GRAPHS}/wall/scene.yaml, {GRAPHS}/block_pushed/scene.yaml]
 methods: [{GRAPHS}/methods/hold.yaml, {GRAPHS}/methods/refit.yaml]
-seeds: 6
+seeds: 3
 duration: 6 s
 """
 
@@ -39,7 +39,7 @@ class Studies(ClusterTest):
 
     def test_the_table_is_the_one_of_this_machine(self):
         self.tactor("study", self.file, "--out", self.folder / "alone")
-        said = self.tactor("study", self.file, "--out", self.folder / "slurm_study", "--cluster", "slurm", "--chunk", "0.5 s",
+        said = self.tactor("study", self.file, "--out", self.folder / "slurm_study", "--cluster", "slurm", "--chunk", "0.2 s",
                            "--partition", "main", "--sbatch-option", "--comment=a study", "--wait")
         self.assertEqual(self.csv("slurm_study"), self.csv("alone"))
         self.assertIn("No run was made twice", " ".join(said.split()))
@@ -54,9 +54,9 @@ class Studies(ClusterTest):
         self.assertIn("done", self.tactor("study", self.folder / "slurm_study", "--status"))
 
     def test_cancelled_and_resumed(self):
-        self.tactor("study", self.file, "--out", self.folder / "here", "--seeds", "12")
+        self.tactor("study", self.file, "--out", self.folder / "here")
         out = self.folder / "there"
-        said = self.tactor("study", self.file, "--out", out, "--cluster", "slurm", "--chunk", "1 s", "--seeds", "12")
+        said = self.tactor("study", self.file, "--out", out, "--cluster", "slurm", "--chunk", "0.5 s")
         self.assertIn("--status shows its progress", said)
         status = self.tactor("study", out, "--status")
         self.assertRegex(status, r"merge +1 +0 +0 +1")
@@ -72,7 +72,7 @@ class Studies(ClusterTest):
         out = self.folder / "50 %j"
         self.cluster.run("scontrol", "update", "PartitionName=main", "State=DOWN")
         try:
-            self.tactor("study", self.file, "--out", out, "--cluster", "slurm", "--chunk", "10 s")
+            self.tactor("study", self.file, "--out", out, "--cluster", "slurm", "--chunk", "10 s", "--seeds", "1")
             job = json.loads((out / "cluster/jobs/0000.json").read_text())["job"]
             self.assertNotIn("held", self.tactor("study", out, "--status"))
             self.cluster.run("scontrol", "hold", job)

@@ -33,14 +33,14 @@ class Bundle(CommandTest):
 
     @needs_meshes
     def test_a_shipped_study_runs_elsewhere_by_what_the_archive_has(self):
-        archive = self.folder / "methods.tar.gz"
-        said = self.bundle("methods", "--out", archive)
-        self.assertIn("./tactor study files/studies/methods.yaml --cluster slurm --partition NAME", said)
+        archive = self.folder / "table2_refit.tar.gz"
+        said = self.bundle("table2_refit", "--out", archive)
+        self.assertIn("./tactor study files/studies/table2_refit.yaml --cluster slurm --partition NAME", said)
         place = self.unpacked(archive)
-        words = ("--short", "--seeds", "1", "--duration", "4 s", "--judge", "whole")
-        self.run_bare(place / "tactor", "study", place / "files/studies/methods.yaml", *words, "--out", self.folder / "there",
+        words = ("--short", "--seeds", "1", "--duration", "1 s", "--judge", "whole")
+        self.run_bare(place / "tactor", "study", place / "files/studies/table2_refit.yaml", *words, "--out", self.folder / "there",
                       "--cluster", "local", "--wait")
-        result = tactor("study", GRAPHS / "studies/methods.yaml", *words, "--out", self.folder / "here",
+        result = tactor("study", GRAPHS / "studies/table2_refit.yaml", *words, "--out", self.folder / "here",
                         environment=self.environment)
         self.assertEqual(result.returncode, 0, result.stderr)
         self.assertEqual((self.folder / "there/study.csv").read_bytes(), (self.folder / "here/study.csv").read_bytes())
