@@ -5,6 +5,7 @@ import re
 import sys
 
 from pygments.lexers.special import TextLexer
+from sphinx import addnodes
 
 ROOT = pathlib.Path(os.environ["TACTOR_ROOT"])
 sys.path.insert(0, os.environ["TACTOR_PYTHON"])
@@ -73,7 +74,41 @@ def mark_code(app, what, name, obj, options, lines):
             lines[at:at] = [".. code-block:: python", ""]
 
 
+def titles_of(tocs):
+    """Of each page's contents the titles, and the pages below it: what the navigation keeps of them."""
+    kept = {}
+    for page, toc in tocs.items():
+        kept[page] = toc.deepcopy()
+        for entry in kept[page]:
+            if len(entry) > 1:
+                below = list(entry.findall(addnodes.toctree))
+                entry[1:] = [entry[1].__class__("", *below)] if below else []
+    return kept
+
+
+def navigate_quickly(app, page, template, context, doctree):
+    """For every page Sphinx copies the contents of all pages, with all their sections, to throw the sections away."""
+    env, whole = app.env, context.get("toctree")
+    if whole is None:
+        return
+    if not hasattr(app, "titles"):
+        app.titles = titles_of(env.tocs)
+
+    def toctree(**options):
+        contents = env.tocs
+        if options.get("titles_only"):
+            env.tocs = app.titles
+        try:
+            return whole(**options)
+        finally:
+            env.tocs = contents
+
+    context["toctree"] = toctree
+
+
 def setup(app):
     app.connect("autodoc-process-docstring", mark_code)
+    # Before Furo asks for the navigation.
+    app.connect("html-page-context", navigate_quickly, priority=400)
     # Forges draw these; here they are shown as text.
     app.add_lexer("mermaid", TextLexer)

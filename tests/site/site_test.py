@@ -122,9 +122,12 @@ class InABrowser(unittest.TestCase):
         cls.browser = open_browser(made / "profile")
         cls.addClassCleanup(cls.browser.quit)
 
-    def open(self, page, size=SCREEN, dark=False):
+    def resize(self, size):
         self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {
             "width": size[0], "height": size[1], "deviceScaleFactor": 1, "mobile": size == PHONE})
+
+    def open(self, page, dark=False):
+        self.resize(SCREEN)
         self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {
             "features": [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]})
         self.browser.get((self.out / page).as_uri())
@@ -188,9 +191,11 @@ class InABrowser(unittest.TestCase):
                  *(f"results/{file.stem}.html" for file in sorted((ROOT / "docs/results").glob("*.md"))), "trust/limits.html"]
         self.assertGreater(len(pages), 20)
         for page in pages:
+            self.open(page)
             for size in (SCREEN, PHONE):
                 with self.subTest(page=page, size=size):
-                    self.open(page, size)
+                    self.resize(size)
+                    self.assertEqual(self.js("innerWidth"), size[0])
                     self.assertLessEqual(self.js("document.documentElement.scrollWidth"), size[0])
                     self.assertEqual(self.browser.execute_script(OUTSIDE), [])
 
