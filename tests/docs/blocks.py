@@ -8,6 +8,7 @@ A mark is an HTML comment on the lines directly before a fence:
     <!-- block: not run, REASON -->       neither run nor checked
     <!-- block: checked, REASON -->       sh: programs, options, graphs and studies are checked, nothing is run
     <!-- block: until TEXT -->            sh: a command that goes on is ended by SIGINT once it has written TEXT
+    <!-- block: with VERB OPTIONS -->     sh: each `tactor VERB` gets these options, in the place of its own, so that the test costs less
     <!-- block: file NAME -->             write the block to NAME in the page's folder, for the blocks after it
     <!-- block: over SCENE -->            yaml: check it laid over that shipped scene
     <!-- block: inside FILE -->           cpp: compile it in the place of `BLOCK;` in tests/docs/inside/FILE
@@ -30,7 +31,7 @@ INSIDE = pathlib.Path(__file__).resolve().parent / "inside"
 RUN = ("sh", "python", "pycon", "cpp")
 PARSED = ("yaml", "json", "cmake")
 SHOWN = ("text", "console", "csv", "xml", "mermaid")
-MARKS = {"not run": ",", "checked": ",", "until": " ", "file": " ", "over": " ", "inside": " ", "first": " ", "then": " "}
+MARKS = {"not run": ",", "checked": ",", "until": " ", "with": " ", "file": " ", "over": " ", "inside": " ", "first": " ", "then": " "}
 # Pages that another test runs as a whole.
 ELSEWHERE = {"docs/notebooks": "scripts/notebooks runs it"}
 

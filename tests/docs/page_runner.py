@@ -61,6 +61,15 @@ def commands_of(text):
     return commands
 
 
+def with_options(command, text):
+    """The command, in which each `tactor VERB` has the options of a mark `with VERB OPTIONS`, in the place of its own."""
+    verb, _, options = text.partition(" ")
+    parts = re.split(rf"(\btactor {re.escape(verb)}\b)", command)
+    for name in re.findall(r"--[\w-]+", options):
+        parts[2::2] = [re.sub(rf"""^([^;&|]*?) {name}[ =](?:"[^"]*"|'[^']*'|[^\s"']+)""", r"\1", part) for part in parts[2::2]]
+    return "".join(f"{part} {options}" if at % 2 else part for at, part in enumerate(parts))
+
+
 @functools.cache
 def help_of(verb):
     """The help of a verb, and whether each of its options takes a value."""
@@ -130,7 +139,13 @@ class PageRunner:
 
     def run_shell(self, block):
         until, shown = block.mark("until"), False
-        for offset, command in commands_of(block.text):
+        commands = commands_of(block.text)
+        for text in block.all_marks("with"):
+            changed = [(offset, with_options(command, text)) for offset, command in commands]
+            if changed == commands:
+                raise Failed(f"no command takes '{text}'")
+            commands = changed
+        for offset, command in commands:
             shown |= self.shell(command, block.line + offset, until)
         if until and not shown:
             raise Failed(f"no command has written '{until}'")

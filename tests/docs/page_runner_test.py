@@ -3,7 +3,7 @@ import pathlib
 import unittest
 
 import blocks
-from page_runner import Failed, PageRunner
+from page_runner import Failed, PageRunner, with_options
 
 PAGE = pathlib.Path("page.md")
 
@@ -47,6 +47,17 @@ class Shell(PageRunnerTest):
     def test_hidden_commands_run_before_and_after(self):
         self.run_text("<!-- block: first touch a -->\n<!-- block: then test -e b -->\n```sh\ncp a b\n```\n")
         self.refused("<!-- block: then test -e c -->\n```sh\ntrue\n```\n", "`test -e c` ended with 1")
+
+    def test_options_of_a_mark_are_given_in_the_place_of_those_shown(self):
+        for command, given in (('tactor run a --duration "3 s" --out b   # c', 'tactor run --duration "1 s" a --out b   # c'),
+                               ("tactor emulate usb x -- tactor run a --duration=3", 'tactor emulate usb x -- tactor run --duration "1 s" a'),
+                               ("tactor run a; tactor check b --duration 2", 'tactor run --duration "1 s" a; tactor check b --duration 2'),
+                               ("tactor run a; tactor runs", 'tactor run --duration "1 s" a; tactor runs'),
+                               ("tactor check a --duration 3 && tactor run b", 'tactor check a --duration 3 && tactor run --duration "1 s" b')):
+            self.assertEqual(with_options(command, 'run --duration "1 s"'), given)
+        self.run_text('<!-- block: with check --over kalman -->\n```sh\ntactor check wall/scene\n```\n')
+        self.refused('<!-- block: with check --over no_such -->\n```sh\ntactor check wall/scene\n```\n', "no_such")
+        self.refused('<!-- block: with run --seeds 1 -->\n```sh\ntactor check wall/scene\n```\n', "no command takes 'run --seeds 1'")
 
     def test_a_view_opens_and_ends(self):
         self.run_text("<!-- block: until Ctrl-C ends it -->\n```sh\ntactor view wall/scene\n```\n")
