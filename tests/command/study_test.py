@@ -17,14 +17,14 @@ MANY = f"""
 graphs: [{RECORDED}]
 methods: [{GRAPHS / "methods/hold.yaml"}, {GRAPHS / "methods/kalman.yaml"}]
 vary: {{device.force_max: [4 N, 6 N, 8 N]}}
-seeds: 60
+seeds: 24
 duration: 1 s
 """
 
 
 class Table(StudyTest):
     def test_any_number_of_jobs_gives_the_same_bytes(self):
-        text = MANY.replace("seeds: 60", "seeds: 4")
+        text = MANY.replace("seeds: 24", "seeds: 4")
         self.study(text, "one", "--jobs", "1")
         self.study(text, "three", "--jobs", "3")
         self.assertEqual(self.bytes_of("one"), self.bytes_of("three"))
@@ -68,16 +68,16 @@ class Table(StudyTest):
         process.communicate()
         self.wait_for(lambda: not any(map(is_alive, workers)), "what it had started ended with it")
         before = dict(self.table("killed", "SELECT run, cpu_s FROM run_times NATURAL JOIN runs WHERE status = 'done'"))
-        self.assertLess(len(before), 360)
+        self.assertLess(len(before), 144)
         result = self.study(None, "killed", code=2)
         self.assertIn("--resume continues them, --overwrite starts anew", result.stderr)
         self.study(None, "killed", "--resume")
         after = dict(self.table("killed", "SELECT run, cpu_s FROM run_times"))
-        self.assertEqual(len(after), 360)
+        self.assertEqual(len(after), 144)
         # A run that were made again would have taken another time.
         self.assertEqual({run: after[run] for run in before}, before)
         engine = json.loads(self.bytes_of("killed", "study.json"))["runner"]
-        self.assertEqual([engine["runs_found"], engine["runs"]], [len(before), 360 - len(before)])
+        self.assertEqual([engine["runs_found"], engine["runs"]], [len(before), 144 - len(before)])
         self.study(None, "whole")
         self.assertEqual(self.bytes_of("killed"), self.bytes_of("whole"))
 
@@ -87,7 +87,7 @@ class Table(StudyTest):
         process.send_signal(signal.SIGINT)
         _, stderr = process.communicate(timeout=120)
         self.assertEqual(process.returncode, 1)
-        self.assertRegex(stderr.decode(), r"interrupted: \d+ of 360 runs are kept in .*study.sqlite; .* --resume continues")
+        self.assertRegex(stderr.decode(), r"interrupted: \d+ of 144 runs are kept in .*study.sqlite; .* --resume continues")
         kept = self.table("out", "SELECT count(*) FROM runs")[0][0]
         self.assertGreaterEqual(kept, 3)
         self.study(None, "out", "--resume")
@@ -412,7 +412,7 @@ vary:
   coupling.k_t: [{stiffness}]
 reference: none
 seeds: 1
-duration: 30 s
+duration: 10 s
 report: {{kind: stability, worst: 100}}
 """)
         out = self.folder / "out"
