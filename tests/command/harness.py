@@ -148,10 +148,12 @@ def graph_verbs():
 
 
 class CommandTest(unittest.TestCase):
+    cache = None  # of each test its own
+
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tactor-test-"))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.environment = {"TACTOR_CACHE": str(self.folder / "cache")}
+        self.environment = {"TACTOR_CACHE": str(self.cache or self.folder / "cache")}
 
     def write(self, name, text):
         path = self.folder / name
@@ -201,6 +203,16 @@ class CommandTest(unittest.TestCase):
         text = (EDGES_OF_A_SMALL_GRAPH + METRICS_OF_A_SMALL_GRAPH).replace(
             "nodes:", "nodes:\n  metrics: {type: sink.metrics}")
         return self.write("judged.yaml", text + extra)
+
+
+class CachedTest(CommandTest):
+    """The tests of a class share a cache, so that distances of meshes and reference runs are made once."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        cls.cache = tempfile.mkdtemp(prefix="tactor-test-")
+        cls.addClassCleanup(shutil.rmtree, cls.cache, ignore_errors=True)
 
 
 class Terminal:

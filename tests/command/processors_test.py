@@ -69,14 +69,14 @@ class Processors(CommandTest):
     def test_runs_give_the_same_bytes(self):
         cases = [
             ("wall_refit", graph(GRAPHS / "wall/refit.yaml", RECORDED), "6 s"),
-            ("wall_closed_loop", graph(GRAPHS / "wall/closed_loop.yaml", RECORDED), "1.5 s"),
+            ("wall_closed_loop", graph(GRAPHS / "wall/closed_loop.yaml", RECORDED), "1 s"),
             ("gel_local", graph(GRAPHS / "gel_cube/local.yaml", LOCAL, """
 scene: {bodies: {gel: {tetrahedra: 60}}}
 nodes: {dynamics: {solver: portable}}
-"""), "0.5 s"),
+"""), "0.3 s"),
             ("bunny_refit", graph(GRAPHS / "bunny/refit.yaml", RECORDED), "0.6 s"),
             ("peg_local", graph(GRAPHS / "peg_in_hole/local.yaml", LOCAL), "2 s"),
-            ("duck_texture", graph(GRAPHS / "duck/refit.yaml", RECORDED), "1 s", "--over", GRAPHS / "renderers/impact_and_texture.yaml"),
+            ("duck_texture", graph(GRAPHS / "duck/refit.yaml", RECORDED), "0.8 s", "--over", GRAPHS / "renderers/impact_and_texture.yaml"),
         ]
         # Two at a time; the emulator has one thread for each of the program.
         with concurrent.futures.ThreadPoolExecutor(2) as pool:

@@ -2,13 +2,13 @@
 import json
 import unittest
 
-from harness import GRAPHS, CommandTest, graph_file, needs_meshes, needs_hdf5
+from harness import GRAPHS, CachedTest, graph_file, needs_meshes, needs_hdf5
 
 SEED = "2001"  # not one that the scenes were tuned with
 
 
 @needs_meshes
-class Duck(CommandTest):
+class Duck(CachedTest):
     def one_step(self, graph, *settings):
         arguments = [word for setting in settings for word in ("--set", setting)]
         summary = self.run_graph(graph_file(graph), "--seed", SEED, *arguments)
@@ -38,7 +38,7 @@ class Duck(CommandTest):
 
 
 @needs_meshes
-class Bunny(CommandTest):
+class Bunny(CachedTest):
     def test_splines_are_far_smoother_and_later_than_the_hold(self):
         out = self.folder / "cmp"
         self.run_ok("compare", *(GRAPHS / f"bunny/{p}.yaml" for p in ("off", "fixed", "refit")), "--seeds", "1",
@@ -55,7 +55,7 @@ class Bunny(CommandTest):
 
 
 @needs_meshes
-class LocalRollout(CommandTest):
+class LocalRollout(CachedTest):
     def test_the_local_rollout_leaves_a_third_of_the_error_of_the_hold_and_hardly_ever_falls_back(self):
         for scene in ("duck", "wall", "bunny"):
             with self.subTest(scene=scene):
@@ -92,7 +92,7 @@ class LocalRollout(CommandTest):
 
 
 @needs_meshes
-class Forecasts(CommandTest):
+class Forecasts(CachedTest):
     def test_a_forecast_at_the_device_s_own_time_is_nearer_earlier_and_smoother_than_the_hold(self):
         for scene in ("duck", "bunny", "peg_in_hole"):
             out = self.folder / scene
@@ -107,7 +107,7 @@ class Forecasts(CommandTest):
 
 @needs_meshes
 @needs_hdf5
-class PegAtRest(CommandTest):
+class PegAtRest(CachedTest):
     def hanging(self, grams):
         graph = self.write(f"rest_{grams}.yaml", f"""
 extends: {GRAPHS / 'peg_free/off.yaml'}
