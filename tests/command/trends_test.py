@@ -42,7 +42,7 @@ class Bunny(CachedTest):
     def test_splines_are_far_smoother_and_later_than_the_hold(self):
         out = self.folder / "cmp"
         self.run_ok("compare", *(GRAPHS / f"bunny/{p}.yaml" for p in ("off", "fixed", "refit")), "--seeds", "1",
-                    "--first-seed", SEED, "--out", out)
+                    "--first-seed", SEED, "--duration", "8 s", "--out", out)
         off, *splines = (g["metrics"] for g in json.loads((out / "compare.json").read_text())["graphs"])
         for spline in splines:
             for smoothness in ("rms_d2_N_per_ms2", "max_step_N"):
@@ -97,7 +97,7 @@ class Forecasts(CachedTest):
         for scene in ("duck", "bunny", "peg_in_hole"):
             out = self.folder / scene
             self.run_ok("compare", *(GRAPHS / scene / f"{p}.yaml" for p in ("off", "blend")), "--seeds", "1",
-                        "--first-seed", "21", "--out", out)
+                        "--first-seed", "21", "--duration", "6 s", "--out", out)
             off, blend = (g["metrics"] for g in json.loads((out / "compare.json").read_text())["graphs"])
             for metric, most in (("rms_error_N", 0.9), ("delay_ms", 0.75), ("rms_d2_N_per_ms2", 0.5)):
                 with self.subTest(scene=scene, metric=metric):
