@@ -236,13 +236,21 @@ bool Dispatcher::ready(const NodeState& state) const {
          !(state.group && group_busy_[*state.group] != 0);
 }
 
+bool Dispatcher::is_next(const NodeState& state) const {
+  if (!ready(state)) return false;
+  // Of those that share a thread, the one whose last step lies longest ago: none waits for ever.
+  return !state.group || std::none_of(states_.begin(), states_.end(), [&](const NodeState& other) {
+    return other.group == state.group && other.begun < state.begun && ready(other);
+  });
+}
+
 std::optional<Dispatcher::StepRequest> Dispatcher::next_request() {
   // What became visible by a node's becoming free at this instant is worked on before that node steps anew: it may
   // wait for the answer, as collision does for the tool pose that follows from its contacts.
   auto next =
-      std::find_if(states_.begin(), states_.end(), [this](const auto& s) { return ready(s) && s.completed != now_; });
+      std::find_if(states_.begin(), states_.end(), [this](const auto& s) { return is_next(s) && s.completed != now_; });
   if (next == states_.end()) {
-    next = std::find_if(states_.begin(), states_.end(), [this](const auto& s) { return ready(s); });
+    next = std::find_if(states_.begin(), states_.end(), [this](const auto& s) { return is_next(s); });
   }
   if (next == states_.end()) return std::nullopt;
   next->tick_due = false;

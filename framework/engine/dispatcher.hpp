@@ -155,6 +155,7 @@ class Dispatcher {
   void find_groups();
   void find_awaited();
   [[nodiscard]] bool ready(const NodeState& state) const;
+  [[nodiscard]] bool is_next(const NodeState& state) const;
   void push_event(Time time, Event::Kind kind, std::size_t index);
   void schedule_tick(std::size_t node);
   void handle(const Event& event);

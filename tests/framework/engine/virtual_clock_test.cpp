@@ -139,6 +139,27 @@ BOOST_AUTO_TEST_CASE(a_node_that_is_triggered_while_busy_sees_the_answer_to_what
   for (std::size_t i = 0; i < answers.size(); ++i) BOOST_TEST(answers[i] == static_cast<double>(i) - 1);
 }
 
+BOOST_AUTO_TEST_CASE(nodes_that_share_a_thread_take_turns) {
+  // Both relays are asked each millisecond and take three: neither is ever without work.
+  SamplePlan sample(constant(3 * ms), 0.060);
+  sample.plan.nodes[1].scheduling = {Lane::thread, "physics", {}, {}, {}};
+  sample.plan.nodes.push_back(sample.plan.nodes[1]);
+  sample.plan.nodes.back().name = "other";
+  PlannedEdge edge = sample.plan.edges[0];
+  edge.spec.to_node = "other";
+  edge.to = 3;
+  sample.plan.edges.push_back(edge);
+  VirtualClock engine(sample.plan, false);
+  engine.run();
+  for (const std::size_t node : {1U, 3U}) {
+    const auto& times = dynamic_cast<const Relay&>(engine.nodes()[node]).step_times;
+    BOOST_REQUIRE(times.size() == 10U);
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      BOOST_TEST(times[i].ns == static_cast<std::int64_t>(6 * i + (node == 1 ? 0 : 3)) * ms);
+    }
+  }
+}
+
 BOOST_AUTO_TEST_CASE(an_edge_delay_adds_to_the_cost) {
   SamplePlan sample(constant(ms / 2), 0.010);
   sample.plan.edges[1].spec.delay = {3 * ms};
