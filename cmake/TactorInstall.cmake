@@ -33,7 +33,7 @@ tactor_install_component(physics physics_mesh physics_geometry physics_contact p
 # Headers keep their paths, so that code reads the same here and elsewhere. Those that show HDF5, CAF or CGAL stay here.
 foreach(folder framework nodes/physics nodes/prediction devices/hardware)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder}/ DESTINATION ${TACTOR_HEADER_FOLDER}/${folder} COMPONENT dev
-          FILES_MATCHING PATTERN *.hpp PATTERN hdf5_* EXCLUDE PATTERN cgal EXCLUDE PATTERN suitesparse EXCLUDE
+          FILES_MATCHING PATTERN *.hpp PATTERN hdf5_* EXCLUDE PATTERN cgal EXCLUDE PATTERN meshing EXCLUDE PATTERN suitesparse EXCLUDE
           REGEX "engine/live/(engine|lane_.*|live_run|live_watch|realtime_lane)[.]hpp$" EXCLUDE)
 endforeach()
 install(FILES ${TACTOR_ABI_FOLDER}/tactor_abi.hpp DESTINATION ${TACTOR_HEADER_FOLDER} COMPONENT dev)

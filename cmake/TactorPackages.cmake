@@ -26,10 +26,10 @@ License: Apache-2.0 and Expat
 ")
   endif()
   if(package STREQUAL "tactor-cgal")
-    set(plugin_licence "\nFiles: usr/lib/*/tactor/plugins/libtactor_cgal.so
+    set(plugin_licence "\nFiles: usr/lib/*/tactor/plugins/libtactor_cgal.so usr/lib/*/tactor/plugins/libtactor_meshing.so
 Copyright: the Tactor developers; the CGAL Project
 License: GPL-3+
- This plugin includes headers of CGAL. It is free software: you can redistribute it and modify it under the terms of the GNU
+ These plugins include headers of CGAL. Each is free software: you can redistribute it and modify it under the terms of the GNU
  General Public License, version 3 or later. On Debian systems its text is in /usr/share/common-licenses/GPL-3.
 ")
   elseif(package STREQUAL "tactor-suitesparse")

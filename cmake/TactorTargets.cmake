@@ -9,6 +9,11 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 set(TACTOR_NODE_DIRECTORY ${CMAKE_BINARY_DIR}/bin/nodes)
 
+# How many sources are compiled at a time, where they are. Many at once compile sooner, and fewer sooner after a change.
+if(NOT CMAKE_UNITY_BUILD_BATCH_SIZE)
+  set(CMAKE_UNITY_BUILD_BATCH_SIZE 6)
+endif()
+
 # scripts/compile_times reads what each file took.
 set_property(GLOBAL PROPERTY RULE_LAUNCH_COMPILE "\"${CMAKE_SOURCE_DIR}/cmake/timed_compile\" \"${CMAKE_BINARY_DIR}/compile_times.txt\"")
 find_program(TACTOR_CCACHE ccache)
@@ -32,6 +37,10 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(tactor_flags INTERFACE -Wno-array-bounds -Wno-stringop-overflow -Wno-stringop-overread)
   # GCC looks for memory that it could use again from 1.3 GB on, not from some 100 MB on: few sources need more anyway.
   target_compile_options(tactor_flags INTERFACE --param=ggc-min-expand=30 --param=ggc-min-heapsize=1000000)
+endif()
+if(CMAKE_UNITY_BUILD)
+  # GCC takes the unnamed namespaces of such sources, which are included, for those of a header.
+  target_compile_options(tactor_flags INTERFACE -Wno-subobject-linkage)
 endif()
 if(TACTOR_WERROR)
   target_compile_options(tactor_flags INTERFACE -Werror)
@@ -73,12 +82,24 @@ endfunction()
 function(tactor_cgal_sources target objects)
   cmake_parse_arguments(ARG "" "PRECOMPILED_BY" "SOURCES" ${ARGN})
   add_library(${objects} OBJECT ${ARG_SOURCES})
+  # A source takes longer than most, and gigabytes.
+  set_target_properties(${objects} PROPERTIES UNITY_BUILD_BATCH_SIZE 4)
   target_link_libraries(${objects} PRIVATE tactor_framework Eigen3::Eigen CGAL::CGAL)
   if(ARG_PRECOMPILED_BY)
     tactor_use_precompiled(${objects} ${ARG_PRECOMPILED_BY})
   endif()
   target_sources(${target} PRIVATE $<TARGET_OBJECTS:${objects}>)
   target_link_libraries(${target} PRIVATE $<LINK_ONLY:CGAL::CGAL>)
+endfunction()
+
+# tactor_cgal_plugin(PLUGIN LIBRARY): the module PLUGIN, made of plugin.cpp in the caller's folder and of LIBRARY.
+function(tactor_cgal_plugin plugin library)
+  add_library(${plugin} MODULE plugin.cpp)
+  target_link_libraries(${plugin} PRIVATE ${library})
+  tactor_states_abi(${plugin})
+  tactor_use_precompiled(${plugin})
+  set_target_properties(${plugin} PROPERTIES INSTALL_RPATH "$ORIGIN/../..")
+  install(TARGETS ${plugin} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tactor/plugins COMPONENT cgal)
 endfunction()
 
 # tactor_node_library(PREFIX SOURCES ... [LIBS ...] [PRECOMPILED_BY TARGET]): nodes of type `PREFIX.*`. Makes the static library
@@ -113,11 +134,13 @@ endfunction()
 function(tactor_test name)
   cmake_parse_arguments(ARG "NOT_PRECOMPILED" "" "SOURCES;LIBS" ${ARGN})
   add_executable(test_${name} ${ARG_SOURCES})
+  # A test names what it needs as it likes, whatever another does.
+  set_target_properties(test_${name} PROPERTIES UNITY_BUILD OFF)
   target_link_libraries(test_${name} PRIVATE test_main ${ARG_LIBS})
   if(NOT ARG_NOT_PRECOMPILED)
     tactor_use_precompiled(test_${name} test_precompiled)
   endif()
-  foreach(plugin tactor_cgal tactor_suitesparse)
+  foreach(plugin tactor_cgal tactor_meshing tactor_suitesparse)
     if(TARGET ${plugin})
       add_dependencies(test_${name} ${plugin})
     endif()

@@ -2,7 +2,6 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/physics/cgal/surface_mesh.hpp"
-#include "nodes/physics/cgal/surface_rework.hpp"
 
 namespace tactor {
 

@@ -19,6 +19,7 @@
 #include "nodes/physics/mesh/mass_properties.hpp"
 #include "nodes/physics/mesh/mesh_measures.hpp"
 #include "nodes/physics/mesh/mesh_writers.hpp"
+#include "nodes/physics/mesh/meshing_plugin.hpp"
 #include "nodes/physics/mesh/solid_file.hpp"
 
 namespace tactor {
@@ -181,7 +182,7 @@ std::string moved_text(const MeshChange& change, double diagonal) {
 }
 
 MeshChange repaired(const PolygonSoup& soup, const MeshRepairRequest& request) {
-  const CgalPlugin& plugin = load_cgal_plugin("the repair of " + request.file.string());
+  const MeshingPlugin& plugin = load_meshing_plugin("the repair of " + request.file.string());
   const double diagonal = diagonal_of(soup);
   return plugin.reworked_solid(soup, request.file.string(),
                                {.merge = in_units(request.merge, diagonal),
@@ -216,7 +217,8 @@ int repair_mesh(const MeshRepairRequest& request) {
 }
 
 int decimate_mesh(const MeshDecimateRequest& request) {
-  const CgalPlugin& plugin = load_cgal_plugin("tactor mesh decimate");
+  need_plugin("decimate");
+  const MeshingPlugin& plugin = load_meshing_plugin("tactor mesh decimate");
   const fs::path path = mesh_path(request.file);
   const fs::path out = result_file(path, request.results);
   MeshFile file = read_mesh_file(path);

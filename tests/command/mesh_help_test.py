@@ -218,6 +218,20 @@ class WithoutCgal(CommandTest):
         said = self.run_ok("new", "graph", "taken", "--mesh", mesh, "--in", self.folder).stderr
         self.assertIn("it was neither checked nor repaired, because the plugin tactor_cgal is not installed", said)
 
+    @needs_meshes
+    def test_without_the_plugin_of_meshing_a_scene_checks_its_mesh_and_repairs_ask_for_it(self):
+        shutil.copy(BUILD / "lib/libtactor_cgal.so", self.folder / "lib")
+        mesh, out = self.folder / "box.off", self.folder / "out.off"
+        write_off(box(0.1, 0.06, 0.04), mesh)
+        self.assertIn("ok, a graph takes it", self.run_ok("mesh", "check", mesh).stdout)
+        for words in (("repair",), ("decimate", "--faces", "8")):
+            result = tactor("mesh", words[0], mesh, *words[1:], "--out", out, environment=self.environment)
+            self.assertEqual(result.returncode, 2, result.stdout)
+            self.assertIn("needs the plugin tactor_meshing (package tactor-cgal, or a build of the target tactor_meshing",
+                          result.stderr.replace("\n", " "))
+            self.assertFalse(out.exists())
+        self.assertEqual(self.run_ok("new", "graph", "taken", "--mesh", mesh, "--in", self.folder).stderr, "")
+
 
 POINTS = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n"
 

@@ -41,7 +41,7 @@ class Includes(unittest.TestCase):
     def test_each_library_is_included_by_its_owner_alone(self):
         self.assert_only(r"caf/", "framework/engine/live")
         self.assert_only(r"(hdf5|H5)", "framework/record")
-        self.assert_only(r"CGAL/", "nodes/physics/cgal", "meshes")
+        self.assert_only(r"CGAL/", "nodes/physics/cgal", "nodes/physics/meshing", "meshes")
         self.assert_only(r"(suitesparse/|cholmod)", "nodes/physics/suitesparse")
         self.assert_only(r"yaml-cpp/", "framework/yaml")
         self.assert_only(r"sleef", "framework/math")
@@ -89,6 +89,8 @@ class Includes(unittest.TestCase):
                                          "nodes/physics/contact", "nodes/physics/mechanics", "nodes/physics/deformable"),
             "nodes/physics/suitesparse": ("framework/core", "framework/node/abi.hpp", "nodes/physics/deformable", "nodes/physics/suitesparse"),
             "nodes/physics/cgal": ("framework/core", "framework/node/abi.hpp", "nodes/physics/mesh", "nodes/physics/geometry", "nodes/physics/cgal"),
+            "nodes/physics/meshing": ("framework/core", "framework/node/abi.hpp", "nodes/physics/mesh", "nodes/physics/cgal",
+                                      "nodes/physics/meshing"),
             "nodes/collision": ("framework/core", "framework/node", "nodes/collision", "nodes/physics/mesh",
                                 "nodes/physics/geometry", "nodes/physics/contact"),
             "nodes/dynamics": ("framework/core", "framework/node", "nodes/dynamics", "nodes/physics/mechanics",
@@ -152,9 +154,9 @@ class Includes(unittest.TestCase):
 
 
 class PrivateNames(unittest.TestCase):
-    """The preset `checked` compiles several sources of a library as one, so their unnamed namespaces become one."""
+    """The presets `release` and `checked` compile several sources of a library as one, so their unnamed namespaces become one."""
 
-    DEFINITION = re.compile(r"(?!namespace )(?:[A-Za-z_][\w:<>,&* ]*[ &*])(\w+)( = |\{|;|\(([^)]*)\))")
+    DEFINITION = re.compile(r"(?!namespace )(?:\[\[\w+\]\] )?(?:[A-Za-z_][\w:<>,&* ]*[ &*])(\w+)(?:\[\w*\])*( = |\{|;|\(([^)]*)\))")
     TYPE = re.compile(r"(?:struct|class|enum class) (\w+)|using (\w+) =")
 
     def test_they_are_unique_in_a_library(self):

@@ -23,7 +23,7 @@ using Primitive = CGAL::AABB_triangle_primitive<Kernel, Triangles::const_iterato
 using Traits = CGAL::AABB_traits<Kernel, Primitive>;
 using Tree = CGAL::AABB_tree<Traits>;
 
-Triangles triangles_of(const Surface& surface) {
+Triangles cgal_triangles(const Surface& surface) {
   Triangles triangles;
   triangles.reserve(surface.corners.size());
   const auto point = [](const Vec3& v) { return Kernel::Point_3(v.x, v.y, v.z); };
@@ -69,7 +69,7 @@ class Search {
 
 struct ExactDistance::Impl {
   explicit Impl(const TriangleMesh& mesh)
-      : surface(mesh), triangles(triangles_of(surface)), tree(triangles.cbegin(), triangles.cend()) {
+      : surface(mesh), triangles(cgal_triangles(surface)), tree(triangles.cbegin(), triangles.cend()) {
     tree.build();
   }
 

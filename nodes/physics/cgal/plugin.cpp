@@ -2,8 +2,6 @@
 #include "framework/node/abi.hpp"
 #include "nodes/physics/cgal/exact_distance.hpp"
 #include "nodes/physics/cgal/mesh_repair.hpp"
-#include "nodes/physics/cgal/mesh_rework.hpp"
-#include "nodes/physics/cgal/volume_mesh.hpp"
 #include "nodes/physics/mesh/cgal_plugin.hpp"
 #include "tactor_abi.hpp"
 
@@ -15,9 +13,6 @@ extern "C" const tactor::CgalPlugin* tactor_cgal_plugin() {
       [](const tactor::TriangleMesh& mesh) -> std::unique_ptr<tactor::SignedDistance> {
         return std::make_unique<tactor::ExactDistance>(mesh);
       },
-      tactor::reworked_solid,
-      tactor::decimated_solid,
-      tactor::volume_mesh,
   };
   return &plugin;
 }

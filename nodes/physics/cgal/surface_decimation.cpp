@@ -4,7 +4,6 @@
 #include <CGAL/Surface_mesh_simplification/edge_collapse.h>
 
 #include "nodes/physics/cgal/surface_mesh.hpp"
-#include "nodes/physics/cgal/surface_rework.hpp"
 
 namespace tactor {
 

@@ -62,4 +62,8 @@ bool is_outward_oriented(const SurfaceMesh& surface);
 /// Turns shells so that it is.
 void orient_outwards(SurfaceMesh& surface);
 
+/// Collapses edges of a closed mesh until it has `faces` faces or no edge can be collapsed (Garland and Heckbert).
+/// Faces turn by less than a right angle in each step.
+TriangleMesh collapsed(const TriangleMesh& mesh, std::size_t faces);
+
 }  // namespace tactor

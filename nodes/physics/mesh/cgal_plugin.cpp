@@ -5,16 +5,16 @@
 namespace tactor {
 
 namespace {
-constexpr const char* file_name = "libtactor_cgal.so";
+constexpr const char* cgal_file = "libtactor_cgal.so";
 }  // namespace
 
 bool has_cgal_plugin() {
-  return has_plugin(file_name);
+  return has_plugin(cgal_file);
 }
 
 const CgalPlugin& load_cgal_plugin(const std::string& what_for) {
   return load_plugin<CgalPlugin>(
-      file_name, "tactor_cgal_plugin",
+      cgal_file, "tactor_cgal_plugin",
       what_for + " needs the plugin tactor_cgal (package tactor-cgal, or a build with -DTACTOR_WITH_CGAL=ON)");
 }
 

@@ -1,15 +1,12 @@
-// What the plugin `tactor_cgal` offers to meshes and distances. Nothing else of a run links CGAL.
+// What the plugin `tactor_cgal` offers to meshes and distances. Nothing else of a run of rigid bodies links CGAL.
 #pragma once
 
 #include <memory>
 #include <string>
 
 #include "nodes/physics/mesh/mesh.hpp"
-#include "nodes/physics/mesh/mesh_change.hpp"
 #include "nodes/physics/mesh/mesh_report.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
-#include "nodes/physics/mesh/tet_mesh.hpp"
-#include "nodes/physics/mesh/volume_fineness.hpp"
 
 namespace tactor {
 
@@ -20,11 +17,6 @@ struct CgalPlugin {
   TriangleMesh (*repaired_solid)(PolygonSoup soup, const std::string& file, MeshReport& report);
   /// nodes/physics/cgal/exact_distance.hpp
   std::unique_ptr<SignedDistance> (*exact_distance)(const TriangleMesh& mesh);
-  /// nodes/physics/cgal/mesh_rework.hpp
-  MeshChange (*reworked_solid)(PolygonSoup soup, const std::string& file, const RepairOptions& options);
-  MeshChange (*decimated_solid)(const TriangleMesh& solid, std::size_t faces, const std::string& file);
-  /// nodes/physics/cgal/volume_mesh.hpp
-  TetMesh (*volume_mesh)(const TriangleMesh& solid, const VolumeFineness& fineness, const std::string& file);
 };
 
 /// Whether the plugin is installed; does not load it.

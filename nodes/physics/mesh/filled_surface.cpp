@@ -6,8 +6,8 @@
 #include "framework/core/check.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "nodes/physics/mesh/byte_lists.hpp"
-#include "nodes/physics/mesh/cgal_plugin.hpp"
 #include "nodes/physics/mesh/mass_properties.hpp"
+#include "nodes/physics/mesh/meshing_plugin.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
 #include "nodes/physics/mesh/tet_quality.hpp"
 #include "nodes/physics/mesh/tet_topology.hpp"
@@ -69,7 +69,7 @@ TetMesh filled_surface(const TriangleMesh& surface, const VolumeFineness& finene
     if (std::optional<TetMesh> cached = tets_from_bytes(*found.bytes)) return std::move(*cached);
     notes.push_back(cache.file(key).string() + ": the cached file holds no tetrahedra; computed again and replaced");
   }
-  TetMesh mesh = load_cgal_plugin("the tetrahedra of " + file).volume_mesh(surface, fineness, file);
+  TetMesh mesh = load_meshing_plugin("the tetrahedra of " + file).volume_mesh(surface, fineness, file);
   order_by_place(mesh);
   if (!is_sound(mesh)) {
     throw InputError(file +

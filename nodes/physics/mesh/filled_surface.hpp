@@ -14,11 +14,10 @@
 
 namespace tactor {
 
-/// The tetrahedra in `surface`, as the plugin tactor_cgal makes them (nodes/physics/cgal/volume_mesh.hpp), in the order
-/// of order_by_place. They are kept in `cache_folder` under the surface and the fineness, because 10,000 of them take a
-/// second or two. Troubles of the cache are added to `notes`.
-/// Throws InputError, beginning with `file`, where the surface encloses no volume, where no tetrahedra come about, or
-/// where the plugin is not installed.
+/// The tetrahedra in `surface`, as the plugin tactor_meshing makes them (nodes/physics/meshing/volume_mesh.hpp), in the
+/// order of order_by_place. They are kept in `cache_folder` under the surface and the fineness, because 10,000 of them
+/// take a second or two. Troubles of the cache are added to `notes`. Throws InputError, beginning with `file`, where
+/// the surface encloses no volume, where no tetrahedra come about, or where the plugin is not installed.
 TetMesh filled_surface(const TriangleMesh& surface, const VolumeFineness& fineness, const std::string& file,
                        std::vector<std::string>& notes,
                        const std::filesystem::path& cache_folder = default_cache_folder());

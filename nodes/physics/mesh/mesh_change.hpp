@@ -1,4 +1,4 @@
-// What `tactor mesh repair` and `tactor mesh decimate` ask of the plugin `tactor_cgal`, and what comes of it.
+// What `tactor mesh repair` and `tactor mesh decimate` ask of the plugin `tactor_meshing`, and what comes of it.
 #pragma once
 
 #include <cstddef>

@@ -16,7 +16,7 @@ struct Type {
   unsigned size;  // bytes
   enum { whole, natural, real } kind;
 };
-constexpr Type types[] = {
+constexpr Type ply_types[] = {
     {"char", "int8", 1, Type::whole},       {"uchar", "uint8", 1, Type::natural}, {"short", "int16", 2, Type::whole},
     {"ushort", "uint16", 2, Type::natural}, {"int", "int32", 4, Type::whole},     {"uint", "uint32", 4, Type::natural},
     {"float", "float32", 4, Type::real},    {"double", "float64", 8, Type::real},
@@ -45,7 +45,7 @@ struct Header {
 
 Type type_of(MeshWords& words) {
   const std::string_view word = words.next_in_line();
-  for (const Type& type : types) {
+  for (const Type& type : ply_types) {
     if (word == type.name || word == type.other_name) return type;
   }
   words.fail("a type (char, uchar, short, ushort, int, uint, float, double)", word);

@@ -9,8 +9,8 @@
 #include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
 
 #include "nodes/physics/cgal/surface_mesh.hpp"
-#include "nodes/physics/cgal/surface_rework.hpp"
 #include "nodes/physics/mesh/bounds.hpp"
+#include "nodes/physics/meshing/surface_rework.hpp"
 
 namespace tactor {
 

@@ -6,8 +6,8 @@
 #include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
 
 #include "nodes/physics/cgal/surface_mesh.hpp"
-#include "nodes/physics/cgal/surface_rework.hpp"
 #include "nodes/physics/mesh/bounds.hpp"
+#include "nodes/physics/meshing/surface_rework.hpp"
 
 namespace tactor {
 

@@ -10,7 +10,7 @@
 #include <CGAL/Side_of_triangle_mesh.h>
 
 #include "nodes/physics/cgal/surface_mesh.hpp"
-#include "nodes/physics/cgal/surface_rework.hpp"
+#include "nodes/physics/meshing/surface_rework.hpp"
 
 namespace tactor {
 

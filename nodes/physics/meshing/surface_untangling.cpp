@@ -1,7 +1,7 @@
 #include <CGAL/Polygon_mesh_processing/repair_self_intersections.h>
 
 #include "nodes/physics/cgal/surface_mesh.hpp"
-#include "nodes/physics/cgal/surface_rework.hpp"
+#include "nodes/physics/meshing/surface_rework.hpp"
 
 namespace tactor {
 

@@ -1,4 +1,4 @@
-#include "nodes/physics/cgal/soup_rework.hpp"
+#include "nodes/physics/meshing/soup_rework.hpp"
 
 #include <algorithm>
 #include <array>

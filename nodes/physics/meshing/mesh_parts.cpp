@@ -1,4 +1,4 @@
-#include "nodes/physics/cgal/mesh_parts.hpp"
+#include "nodes/physics/meshing/mesh_parts.hpp"
 
 #include <algorithm>
 #include <cstdio>

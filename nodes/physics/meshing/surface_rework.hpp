@@ -55,8 +55,4 @@ TriangleMesh outermost(const TriangleMesh& mesh);
 /// alpha wrap).
 TriangleMesh wrapped_around(const std::vector<Corners>& triangles, double alpha, double offset);
 
-/// Collapses edges of a closed mesh until it has `faces` faces or no edge can be collapsed (Garland and Heckbert).
-/// Faces turn by less than a right angle in each step.
-TriangleMesh collapsed(const TriangleMesh& mesh, std::size_t faces);
-
 }  // namespace tactor

@@ -1,11 +1,11 @@
-#include "nodes/physics/cgal/rework_measures.hpp"
+#include "nodes/physics/meshing/rework_measures.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "nodes/physics/cgal/mesh_parts.hpp"
 #include "nodes/physics/mesh/mass_properties.hpp"
+#include "nodes/physics/meshing/mesh_parts.hpp"
 
 namespace tactor {
 

@@ -1,4 +1,4 @@
-#include "nodes/physics/cgal/mesh_rework.hpp"
+#include "nodes/physics/meshing/mesh_rework.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,14 +11,14 @@
 #include <vector>
 
 #include "framework/core/check.hpp"
-#include "nodes/physics/cgal/mesh_parts.hpp"
 #include "nodes/physics/cgal/mesh_repair.hpp"
-#include "nodes/physics/cgal/rework_measures.hpp"
-#include "nodes/physics/cgal/soup_rework.hpp"
 #include "nodes/physics/cgal/surface_mesh.hpp"
-#include "nodes/physics/cgal/surface_rework.hpp"
 #include "nodes/physics/mesh/bounds.hpp"
 #include "nodes/physics/mesh/mass_properties.hpp"
+#include "nodes/physics/meshing/mesh_parts.hpp"
+#include "nodes/physics/meshing/rework_measures.hpp"
+#include "nodes/physics/meshing/soup_rework.hpp"
+#include "nodes/physics/meshing/surface_rework.hpp"
 
 namespace tactor {
 

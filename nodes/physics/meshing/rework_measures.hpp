@@ -4,8 +4,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "nodes/physics/cgal/surface_rework.hpp"
 #include "nodes/physics/mesh/mesh_change.hpp"
+#include "nodes/physics/meshing/surface_rework.hpp"
 
 namespace tactor {
 

@@ -2,7 +2,7 @@
 #include <CGAL/Polygon_mesh_processing/stitch_borders.h>
 
 #include "nodes/physics/cgal/surface_mesh.hpp"
-#include "nodes/physics/cgal/surface_rework.hpp"
+#include "nodes/physics/meshing/surface_rework.hpp"
 
 namespace tactor {
 

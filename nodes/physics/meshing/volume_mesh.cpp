@@ -1,4 +1,4 @@
-#include "nodes/physics/cgal/volume_mesh.hpp"
+#include "nodes/physics/meshing/volume_mesh.hpp"
 
 #include <algorithm>
 #include <array>

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "nodes/physics/cgal/surface_rework.hpp"
 #include "nodes/physics/mesh/mesh.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
+#include "nodes/physics/meshing/surface_rework.hpp"
 
 namespace tactor {
 

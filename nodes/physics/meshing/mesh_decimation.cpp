@@ -1,13 +1,13 @@
 #include <string>
 
 #include "framework/core/check.hpp"
-#include "nodes/physics/cgal/mesh_parts.hpp"
 #include "nodes/physics/cgal/mesh_repair.hpp"
-#include "nodes/physics/cgal/mesh_rework.hpp"
 #include "nodes/physics/cgal/surface_mesh.hpp"
-#include "nodes/physics/cgal/surface_rework.hpp"
 #include "nodes/physics/mesh/bounds.hpp"
 #include "nodes/physics/mesh/mass_properties.hpp"
+#include "nodes/physics/meshing/mesh_parts.hpp"
+#include "nodes/physics/meshing/mesh_rework.hpp"
+#include "nodes/physics/meshing/surface_rework.hpp"
 
 namespace tactor {
 
