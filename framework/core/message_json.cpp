@@ -51,14 +51,14 @@ Json fields_json(const std::vector<Field>& fields) {
   return list;
 }
 
-[[noreturn]] void refuse(const std::string& where, const std::string& why) {
+[[noreturn]] void refuse_message(const std::string& where, const std::string& why) {
   throw InputError("the description of message type " + where + ": " + why);
 }
 
 std::string text_of(const Json& object, const char* key, const std::string& where, const char* otherwise = nullptr) {
   const auto found = object.find(key);
   if (found == object.end() && otherwise != nullptr) return otherwise;
-  if (found == object.end() || !found->is_string()) refuse(where, std::string(key) + " is missing or no text");
+  if (found == object.end() || !found->is_string()) refuse_message(where, std::string(key) + " is missing or no text");
   return found->get<std::string>();
 }
 
@@ -67,15 +67,17 @@ class FieldReader {
  public:
   std::vector<Field> read(const Json& object, const std::string& where, int depth, bool in_array) {
     const auto list = object.find("fields");
-    if (list == object.end() || !list->is_array() || list->empty()) refuse(where, "fields is missing or no list");
-    if (depth > most_depth) refuse(where, "records are nested too deeply");
+    if (list == object.end() || !list->is_array() || list->empty())
+      refuse_message(where, "fields is missing or no list");
+    if (depth > most_depth) refuse_message(where, "records are nested too deeply");
     std::vector<Field> fields;
     std::set<std::string> names;
     for (const Json& one : *list) {
-      if (++count_ > most_fields) refuse(where, "it has too many fields");
-      if (!one.is_object()) refuse(where, "a field is no object");
+      if (++count_ > most_fields) refuse_message(where, "it has too many fields");
+      if (!one.is_object()) refuse_message(where, "a field is no object");
       fields.push_back(read_field(one, where, depth, in_array));
-      if (!names.insert(fields.back().name).second) refuse(where, "two fields are called " + fields.back().name);
+      if (!names.insert(fields.back().name).second)
+        refuse_message(where, "two fields are called " + fields.back().name);
     }
     return fields;
   }
@@ -85,20 +87,20 @@ class FieldReader {
     Field field;
     field.name = text_of(one, "name", owner);
     if (field.name.empty() || field.name.find_first_of("/. ,[]") != std::string::npos) {
-      refuse(owner, "a field is called \"" + field.name + "\"");
+      refuse_message(owner, "a field is called \"" + field.name + "\"");
     }
     const std::string where = owner + "." + field.name;
     field.unit = text_of(one, "unit", where);
     field.frame = text_of(one, "frame", where, "");
     const std::string kind = text_of(one, "kind", where);
     const auto known = std::find_if(kinds.begin(), kinds.end(), [&](const auto& k) { return k.second == kind; });
-    if (known == kinds.end()) refuse(where, "there is no kind \"" + kind + "\"");
+    if (known == kinds.end()) refuse_message(where, "there is no kind \"" + kind + "\"");
     field.kind = known->first;
     read_shape(one, where, field);
     if (const auto changes = one.find("changes_size"); changes != one.end()) {
-      if (!changes->is_boolean()) refuse(where, "changes_size is neither true nor false");
+      if (!changes->is_boolean()) refuse_message(where, "changes_size is neither true nor false");
       field.changes_size = changes->get<bool>();
-      if (field.changes_size && in_array) refuse(where, "an array of changing size is in another one");
+      if (field.changes_size && in_array) refuse_message(where, "an array of changing size is in another one");
     }
     read_enumerators(one, where, field);
     if (field.kind == FieldKind::record) {
@@ -111,12 +113,13 @@ class FieldReader {
   static void read_shape(const Json& one, const std::string& where, Field& field) {
     const auto shape = one.find("shape");
     if (shape == one.end()) return;
-    if (!shape->is_array() || shape->empty() || shape->size() > most_depth) refuse(where, "shape is no short list");
+    if (!shape->is_array() || shape->empty() || shape->size() > most_depth)
+      refuse_message(where, "shape is no short list");
     std::size_t count = 1;
     for (const Json& n : *shape) {
       if (!n.is_number_unsigned() || n.get<std::uint64_t>() == 0 ||
           n.get<std::uint64_t>() > most_message_bytes / count) {
-        refuse(where, "shape holds a value that is not a size");
+        refuse_message(where, "shape holds a value that is not a size");
       }
       field.shape.push_back(n.get<std::size_t>());
       count *= field.shape.back();
@@ -127,12 +130,13 @@ class FieldReader {
     const auto values = one.find("enumerators");
     if (values == one.end()) return;
     const bool whole = field.kind != FieldKind::f32 && field.kind != FieldKind::f64 && field.kind != FieldKind::record;
-    if (!values->is_object() || values->empty() || !whole) refuse(where, "enumerators are of whole numbers alone");
+    if (!values->is_object() || values->empty() || !whole)
+      refuse_message(where, "enumerators are of whole numbers alone");
     std::set<std::int64_t> seen;
     for (const auto& [name, value] : values->items()) {
       if (name.empty() || name.find_first_of(" ,;\n") != std::string::npos || !value.is_number_integer() ||
           !seen.insert(value.get<std::int64_t>()).second) {
-        refuse(where, "the enumerator \"" + name + "\" has no name or no number of its own");
+        refuse_message(where, "the enumerator \"" + name + "\" has no name or no number of its own");
       }
       field.enumerators.push_back({name, value.get<std::int64_t>()});
     }
@@ -175,7 +179,8 @@ MessageType message_type_from_json(std::string_view text) {
   type.name = text_of(object, "name", "without a name");
   type.frame = text_of(object, "frame", type.name);
   type.fields = FieldReader().read(object, type.name, 0, false);
-  if (bounded_size(type.fields) > most_message_bytes) refuse(type.name, "a message would be larger than 16 MiB");
+  if (bounded_size(type.fields) > most_message_bytes)
+    refuse_message(type.name, "a message would be larger than 16 MiB");
   lay_out(type);
   return type;
 }

@@ -173,7 +173,7 @@ class Lean(CachedTest):
         self.assertNotIn("without friction of tool", steps)
         friction = [trial for trial in found["trials"] if trial["what"] == "without friction of tool"]
         self.assertEqual([trial["outcome"] for trial in friction], ["over the budget"])
-        self.assertGreater(friction[0]["metrics"]["error_N"], 0.04)
+        self.assertGreater(friction[0]["metrics"]["error_N"], 0.05)
         self.assertNotIn("friction", (self.folder / "lean.yaml").read_text().replace("title", ""))
         # A tool without mass is tried, and jumps.
         massless = [trial for trial in found["trials"] if trial["what"].endswith("-> dynamics.quasistatic")]
