@@ -1,4 +1,4 @@
-// What the plugin `tactor_meshing` offers to `tactor mesh` and to soft bodies: repaired and coarser meshes, and tetrahedra.
+// What the plugin `tactor_meshing` offers to `tactor mesh` and to soft bodies: repair, coarser meshes, and tetrahedra.
 #pragma once
 
 #include <cstddef>
