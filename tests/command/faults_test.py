@@ -10,12 +10,11 @@ import select
 import shutil
 import signal
 import subprocess
-import tempfile
 import termios
 import time
 import unittest
 
-from harness import GRAPHS, TACTOR, CommandTest, needs_meshes, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, TACTOR, CachedTest, needs_meshes, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -96,19 +95,12 @@ class Recording:
         return found[0]
 
 
-def setUpModule():
-    # The mesh is prepared once.
-    FaultRun.cache = tempfile.mkdtemp(prefix="tactor-faults-")
-    unittest.addModuleCleanup(shutil.rmtree, FaultRun.cache, ignore_errors=True)
-
-
 @needs_meshes
 @needs_hdf5
 @unittest.skipIf(h5py is None, "h5py is not installed")
-class FaultRun(CommandTest):
+class FaultRun(CachedTest):
     def setUp(self):
         super().setUp()
-        self.environment["TACTOR_CACHE"] = self.cache
         self.environment["TACTOR_NODE_PATH"] = str(FAULT_NODES)
         self.out = self.folder / "out"
 
