@@ -7,7 +7,7 @@ namespace tactor {
 const ViewLibrary& load_view_library() {
   static const ViewLibrary& library =
       load_plugin<ViewLibrary>("libtactor_view.so", "tactor_view_library",
-                               "this build has no view (install npm and configure with -DTACTOR_WITH_VIEW=ON)");
+                               "this build has no view (install node and npm, and configure and build again)");
   return library;
 }
 
