@@ -1,5 +1,6 @@
 """What a build wrote of its compilations into build/PRESET/compile_times.txt (cmake/timed_compile)."""
 import posixpath
+import re
 
 CACHED = 0.05  # s; no file of ours compiles in less
 
@@ -16,12 +17,20 @@ def read(log, build=None):
 
 
 def source(name):
-    """framework/graph/CMakeFiles/tactor_graph.dir/plan.cpp.o -> framework/graph/plan.cpp"""
+    """framework/graph/CMakeFiles/tactor_graph.dir/plan.cpp.o -> framework/graph/plan.cpp; sources that were compiled together
+    -> framework/graph/tactor_graph, batch 1"""
     folder, _, rest = name.partition("CMakeFiles/")
     target, _, file = rest.partition("/")
     if file.startswith("cmake_pch"):
         return f"precompiled headers of {target.removesuffix('.dir')}"
+    if is_batch(name):
+        return f"{folder}{target.removesuffix('.dir')}, batch {int(re.search(r'[0-9]+', file)[0]) + 1}"
     return posixpath.normpath(folder + file.removesuffix(".o").replace("__/", "../"))
+
+
+def is_batch(name):
+    """Whether an object holds several sources, compiled together."""
+    return "/Unity/unity_" in name
 
 
 def part(name):

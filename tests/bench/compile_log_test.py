@@ -33,6 +33,7 @@ class CompileLog(unittest.TestCase):
                 (PLAN, "framework/graph/plan.cpp", "framework"),
                 ("tests/fuzz/CMakeFiles/fuzz_x.dir/__/__/devices/usb/known.cpp.o", "devices/usb/known.cpp", "devices/usb"),
                 ("tests/CMakeFiles/test_main.dir/main.cpp.o", "tests/main.cpp", "tests"),
+                ("devices/usb/CMakeFiles/nodes_usb.dir/Unity/unity_2_cxx.cxx.o", "devices/usb/nodes_usb, batch 3", "devices/usb"),
                 ("nodes/physics/cgal/CMakeFiles/cgal_sources.dir/cmake_pch.hxx.gch", "precompiled headers of cgal_sources",
                  "precompiled headers")):
             self.assertEqual((compile_log.source(name), compile_log.part(name)), (source, part))
