@@ -4,17 +4,9 @@
 
 namespace tactor {
 
-namespace {
-constexpr const char* meshing_file = "libtactor_meshing.so";
-}  // namespace
-
-bool has_meshing_plugin() {
-  return has_plugin(meshing_file);
-}
-
 const MeshingPlugin& load_meshing_plugin(const std::string& what_for) {
   return load_plugin<MeshingPlugin>(
-      meshing_file, "tactor_meshing_plugin",
+      "libtactor_meshing.so", "tactor_meshing_plugin",
       what_for +
           " needs the plugin tactor_meshing (package tactor-cgal, or a build of the target tactor_meshing with "
           "-DTACTOR_WITH_CGAL=ON)");

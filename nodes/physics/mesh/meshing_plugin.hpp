@@ -20,9 +20,6 @@ struct MeshingPlugin {
   TetMesh (*volume_mesh)(const TriangleMesh& solid, const VolumeFineness& fineness, const std::string& file);
 };
 
-/// Whether the plugin is installed; does not load it.
-bool has_meshing_plugin();
-
 /// Loads the plugin. Throws InputError, beginning with `what_for`, where it is not installed or belongs to another
 /// build.
 const MeshingPlugin& load_meshing_plugin(const std::string& what_for);
