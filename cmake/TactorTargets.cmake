@@ -5,9 +5,13 @@ set(CMAKE_CXX_STANDARD_REQUIRED ON)
 set(CMAKE_CXX_EXTENSIONS OFF)
 set(CMAKE_POSITION_INDEPENDENT_CODE ON)
 set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+# A build has the folders of an installation, so programs and libraries look for libtactor in the same place in both. An installer
+# that changes the run path of a finished file fills the old one up with `:`, and the loader takes that for the current folder.
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
-set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
-set(TACTOR_NODE_DIRECTORY ${CMAKE_BINARY_DIR}/bin/nodes)
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/${CMAKE_INSTALL_LIBDIR})
+set(TACTOR_NODE_DIRECTORY ${CMAKE_LIBRARY_OUTPUT_DIRECTORY}/tactor)
+# Tests and tools, which are not installed.
+set(CMAKE_BUILD_RPATH_USE_ORIGIN ON)
 
 # How many sources are compiled at a time, where they are. Many at once compile sooner, and fewer sooner after a change.
 if(NOT CMAKE_UNITY_BUILD_BATCH_SIZE)
@@ -92,14 +96,36 @@ function(tactor_cgal_sources target objects)
   target_link_libraries(${target} PRIVATE $<LINK_ONLY:CGAL::CGAL>)
 endfunction()
 
+# tactor_finds_libraries(TARGET FOLDER...): TARGET, which is installed, looks for our libraries in these folders, relative to its own.
+# In a Debian package it has no run path: there they are where every program looks.
+function(tactor_finds_libraries target)
+  list(TRANSFORM ARGN PREPEND "$ORIGIN/" OUTPUT_VARIABLE folders)
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "${folders}")
+  if(NOT CMAKE_SKIP_INSTALL_RPATH)
+    set_target_properties(${target} PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
+  endif()
+endfunction()
+
+# tactor_program(TARGET): a program that is installed.
+function(tactor_program target)
+  tactor_finds_libraries(${target} ../${CMAKE_INSTALL_LIBDIR})
+  install(TARGETS ${target})
+endfunction()
+
+# tactor_plugin(TARGET [COMPONENT COMPONENT]): a module that libtactor loads where a run needs it.
+function(tactor_plugin target)
+  tactor_states_abi(${target})
+  tactor_finds_libraries(${target} ../..)
+  set_target_properties(${target} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${TACTOR_NODE_DIRECTORY}/plugins)
+  install(TARGETS ${target} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tactor/plugins ${ARGN})
+endfunction()
+
 # tactor_cgal_plugin(PLUGIN LIBRARY): the module PLUGIN, made of plugin.cpp in the caller's folder and of LIBRARY.
 function(tactor_cgal_plugin plugin library)
   add_library(${plugin} MODULE plugin.cpp)
   target_link_libraries(${plugin} PRIVATE ${library})
-  tactor_states_abi(${plugin})
   tactor_use_precompiled(${plugin})
-  set_target_properties(${plugin} PROPERTIES INSTALL_RPATH "$ORIGIN/../..")
-  install(TARGETS ${plugin} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tactor/plugins COMPONENT cgal)
+  tactor_plugin(${plugin} COMPONENT cgal)
 endfunction()
 
 # tactor_node_library(PREFIX SOURCES ... [LIBS ...] [PRECOMPILED_BY TARGET]): nodes of type `PREFIX.*`. Makes the static library
@@ -112,8 +138,8 @@ function(tactor_node_library prefix)
   target_link_libraries(tactor_${prefix} PRIVATE nodes_${prefix})
   tactor_states_abi(tactor_${prefix})
   tactor_use_precompiled(tactor_${prefix})
-  set_target_properties(tactor_${prefix} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${TACTOR_NODE_DIRECTORY}
-                                                    INSTALL_RPATH "$ORIGIN/..")
+  tactor_finds_libraries(tactor_${prefix} ..)
+  set_target_properties(tactor_${prefix} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${TACTOR_NODE_DIRECTORY})
   install(TARGETS tactor_${prefix} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tactor)
   set_property(GLOBAL APPEND PROPERTY TACTOR_NODE_LIBRARIES tactor_${prefix})
 endfunction()

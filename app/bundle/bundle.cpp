@@ -115,14 +115,14 @@ class Stage {
     fs::copy_file(file, target, fs::copy_options::skip_existing);
   }
 
-  /// The program, with the plugins and nodes that are loaded now; those of other folders are looked for in bin/nodes.
+  /// The program, with the plugins and nodes that are loaded now; those of other folders go to its nodes.
   void add_program() {
     add_binary(fs::read_symlink("/proc/self/exe"), "bin/tactor");
     for (const fs::path& file : code_files()) {
       const std::string name = file.filename().string();
       const bool is_program = name == "tactor" || name.find(".so.") != std::string::npos;
       if (is_program || std::find(of_live_runs.begin(), of_live_runs.end(), name) != of_live_runs.end()) continue;
-      add_binary(file, is_inside(file, prefix_) ? place_in_prefix(file) : "bin/nodes" / fs::path(name));
+      add_binary(file, is_inside(file, prefix_) ? place_in_prefix(file) : place_in_prefix(library_folder()) / "tactor" / name);
     }
     for (const fs::path& folder : {prefix_ / "clusters", prefix_ / "share/tactor/clusters"}) {
       if (!fs::exists(folder)) continue;

@@ -57,11 +57,9 @@ std::string class_name(const std::string& node) {
 
 void refuse_name_of_ours(const std::string& library) {
   const std::string file = "libtactor_" + library + ".so";
-  for (const fs::path& folder : {library_folder() / "tactor", installation_prefix() / "bin" / "nodes"}) {
-    if (fs::exists(folder / file)) {
-      throw InputError("tactor new: expected a name that no library of Tactor has, found \"" + library +
-                       "\"; its nodes would never be found. Choose another");
-    }
+  if (fs::exists(library_folder() / "tactor" / file)) {
+    throw InputError("tactor new: expected a name that no library of Tactor has, found \"" + library +
+                     "\"; its nodes would never be found. Choose another");
   }
 }
 

@@ -25,13 +25,11 @@ const fs::path& library_folder() {
 const fs::path& installation_prefix() {
   static const fs::path prefix = [] {
     fs::path folder = library_folder();
-    fs::path part = fs::path(TACTOR_LIBDIR).lexically_normal();
-    // Takes lib/x86_64-linux-gnu off, word by word; where Tactor was built the libraries are in lib.
-    while (!part.empty() && folder.filename() == part.filename()) {
+    // Takes lib or lib/x86_64-linux-gnu off, word by word.
+    for (fs::path part = fs::path(TACTOR_LIBDIR).lexically_normal(); !part.empty(); part = part.parent_path()) {
       folder = folder.parent_path();
-      part = part.parent_path();
     }
-    return part.empty() ? folder : library_folder().parent_path();
+    return folder;
   }();
   return prefix;
 }

@@ -12,10 +12,10 @@ namespace tactor {
 /// Whether such a library is installed; does not load it.
 bool has_plugin(const std::string& file_name);
 
-/// All libraries in the folders of this program's libraries, loaded or not, in order of their paths.
+/// All plugins of this program, loaded or not, in the order of their paths.
 std::vector<std::filesystem::path> plugin_files();
 
-/// Loads `file_name` from the folder of libtactor or tactor/plugins in it, and returns the address of `symbol` in it.
+/// Loads `file_name` from tactor/plugins in the folder of libtactor, and returns the address of `symbol` in it.
 /// It stays loaded until the process ends. Throws InputError, beginning with `without`, if it is missing, and like
 /// check_abi if it belongs to another build.
 void* load_plugin_symbol(const std::string& file_name, const char* symbol, const std::string& without);

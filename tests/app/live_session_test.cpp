@@ -43,7 +43,7 @@ double seconds() {
 }
 
 Registry& registry() {
-  static Registry all({fs::path(TACTOR_BINARY_DIR) / "bin/nodes"});
+  static Registry all({TACTOR_NODE_FOLDER});
   return all;
 }
 

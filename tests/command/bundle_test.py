@@ -5,7 +5,7 @@ import subprocess
 import tarfile
 import unittest
 
-from harness import GRAPHS, CommandTest, needs_meshes, tactor
+from harness import GRAPHS, ROOT, CommandTest, needs_meshes, tactor
 
 # Of the machine, not of the bundle.
 C_LIBRARY = re.compile(r"^(linux-vdso|/lib64/ld-linux|lib(c|m|dl|rt|pthread|resolv|util|nsl|mvec|anl)\.so)")
@@ -55,6 +55,8 @@ class Bundle(CommandTest):
                 name, _, found = line.strip().partition(" => ")
                 if not C_LIBRARY.match(name):
                     self.assertTrue(found.startswith(str(place)), f"{binary}: {line}")
+        result = subprocess.run([ROOT / "scripts/run_paths", place], capture_output=True, text=True, check=False)
+        self.assertEqual(result.returncode, 0, result.stdout)
         # Runs in virtual time need neither view nor live engine nor Python.
         names = {file.name for file in place.rglob("libtactor_*.so")}
         self.assertFalse(names & {"libtactor_view.so", "libtactor_live.so", "libtactor_python.so"})

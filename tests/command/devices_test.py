@@ -4,9 +4,9 @@ import pathlib
 import subprocess
 import unittest
 
-from harness import GRAPHS, ROOT, TACTOR, CommandTest, built, needs_meshes, needs_live, tactor
+from harness import GRAPHS, LIBRARIES, ROOT, TACTOR, CommandTest, needs_meshes, needs_live, tactor
 
-KINDS = [kind for kind in ("modbus", "usb") if built(f"nodes/libtactor_{kind}.so", f"../lib/tactor/libtactor_{kind}.so")]
+KINDS = [kind for kind in ("modbus", "usb") if (LIBRARIES / f"tactor/libtactor_{kind}.so").exists()]
 EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
 GRAPH = """clock: real
 duration: 1 s

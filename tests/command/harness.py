@@ -28,6 +28,19 @@ def built(*places):
     return any((pathlib.Path(TACTOR).resolve().parent / place).exists() for place in places)
 
 
+def library_folder():
+    """The folder of libtactor, which holds tactor/ with the nodes and tactor/plugins."""
+    lib = pathlib.Path(TACTOR).resolve().parent.parent / "lib"
+    return next((folder for folder in (lib, lib / "x86_64-linux-gnu") if (folder / "tactor").is_dir()), lib)
+
+
+LIBRARIES = library_folder()
+
+
+def has_plugin(name):
+    return (LIBRARIES / f"tactor/plugins/libtactor_{name}.so").exists()
+
+
 def columns(rows, path=""):
     """(path, numbers) of each field of a recorded stream, and of each field of a record in it."""
     for name in rows.dtype.names or ():
@@ -39,8 +52,8 @@ def columns(rows, path=""):
 
 # The shipped graphs need the generated meshes, which a build without CGAL lacks.
 HAS_MESHES = built("../meshes/bunny.off", "../share/tactor/meshes/duck.off")
-HAS_DEVICES = all(built(f"nodes/libtactor_{kind}.so", f"../lib/tactor/libtactor_{kind}.so") for kind in ("modbus", "usb"))
-HAS_HDF5 = built("../lib/libtactor_record.so", "../lib/tactor/plugins/libtactor_record.so")
+HAS_DEVICES = all((LIBRARIES / f"tactor/libtactor_{kind}.so").exists() for kind in ("modbus", "usb"))
+HAS_HDF5 = has_plugin("record")
 HAS_LIVE = os.environ.get("TACTOR_LIVE", "1") != "0"
 # Sanitizers have a heap of their own, whose calls are not counted.
 CACHE = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release")) / "CMakeCache.txt"
@@ -48,7 +61,7 @@ IS_SANITIZED = CACHE.exists() and re.search(r"^TACTOR_SANITIZE:\w+=.", CACHE.rea
 needs_live = unittest.skipUnless(HAS_LIVE, "this build has no CAF, so no live engine")
 needs_meshes = unittest.skipUnless(HAS_MESHES, "this build has no CGAL, so no generated meshes")
 needs_devices = unittest.skipUnless(HAS_DEVICES, "this build lacks Modbus or USB, so their node types")
-HAS_VIEW = built("../lib/libtactor_view.so", "../lib/x86_64-linux-gnu/libtactor_view.so")
+HAS_VIEW = has_plugin("view")
 needs_view = unittest.skipUnless(HAS_VIEW, "this build has no view")
 needs_hdf5 = unittest.skipUnless(HAS_HDF5, "this build has no HDF5, so no recordings")
 # The outputs of a chain that needs no mesh: a trajectory, the simulated device, metrics.

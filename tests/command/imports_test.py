@@ -6,7 +6,7 @@ import shutil
 import subprocess
 import unittest
 
-from harness import HAS_DEVICES, IS_SANITIZED, ROOT, TACTOR
+from harness import HAS_DEVICES, IS_SANITIZED, LIBRARIES, ROOT, TACTOR
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 # What the C library may be asked for: functions whose results are exact or rounded by the standard, of double, float and long double.
@@ -53,7 +53,7 @@ class Imports(unittest.TestCase):
 
     def test_nothing_shows_such_a_function_to_others(self):
         """Python, a BLAS and other libraries in the process keep their own."""
-        for file in (BUILD / "lib/libtactor.so", BUILD / "bin/nodes/libtactor_prediction.so"):
+        for file in (LIBRARIES / "libtactor.so", LIBRARIES / "tactor/libtactor_prediction.so"):
             shown = symbols("--defined-only", file)
             self.assertEqual(shown & libm(), set(), file)
 

@@ -10,7 +10,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree
 
-from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, HAS_MESHES, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, VERSION, CommandTest
+from harness import EDGES_OF_A_SMALL_GRAPH, GRAPHS, HAS_MESHES, METRICS_OF_A_SMALL_GRAPH, PRESSED_WALL, ROOT, TACTOR, VERSION, CommandTest
 from harness import needs_meshes, needs_hdf5, needs_live, tactor
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
@@ -24,6 +24,11 @@ EASY = "force_max: 5 N, link_timeout: 2 s, stale_after: 2 s, sample_age_max: 4 s
 def is_program(path):
     with open(path, "rb") as file:
         return file.read(4) == b"\x7fELF"
+
+
+def foreign_run_paths(folder):
+    result = subprocess.run([ROOT / "scripts/run_paths", folder], capture_output=True, text=True, check=False)
+    return "" if result.returncode == 0 else result.stdout + result.stderr
 
 
 def setUpModule():
@@ -80,7 +85,29 @@ class Built(unittest.TestCase):
         self.assertEqual(made - built, set())
 
 
+    def test_programs_and_libraries_look_for_others_in_the_build_alone(self):
+        self.assertEqual(foreign_run_paths(BUILD), "")
+
+
 class Programs(Installed):
+    def test_programs_and_libraries_look_for_others_in_the_installation_alone(self):
+        self.assertEqual(foreign_run_paths(self.prefix), "")
+
+    def test_libraries_in_the_folder_where_it_is_started_are_not_loaded(self):
+        needed = set()
+        for path in (self.program, *self.prefix.rglob("*.so")):
+            text = subprocess.run(["ldd", path], capture_output=True, text=True, check=True).stdout
+            needed.update(line.split()[0] for line in text.splitlines() if "=>" in line)
+        self.assertIn("libz.so.1", needed)
+        for name in needed:
+            (self.elsewhere / name).write_text("no library")
+        graph = self.write("wall.yaml", PRESSED_WALL % {"device": "type: device.simulated", "height": "2 mm", "duration": "0.1 s"})
+        # Both the build's and the installation's.
+        for program in (TACTOR, "tactor"):
+            self.run_ok("check", graph, program=program)
+        for emulator in (self.prefix / "bin").glob("tactor-*"):
+            subprocess.run([emulator, "--help"], cwd=self.elsewhere, capture_output=True, check=True, timeout=PATIENCE)
+
     def test_every_library_is_found_and_none_in_the_build_folder(self):
         programs = [p for p in sorted(self.prefix.rglob("*")) if p.is_file() and not p.is_symlink() and is_program(p)]
         self.assertIn(self.program, programs)

@@ -4,9 +4,9 @@ import unittest
 import h5py
 import numpy
 
-from harness import GRAPHS, CommandTest, built, columns, needs_meshes, needs_hdf5
+from harness import GRAPHS, CommandTest, columns, has_plugin, needs_meshes, needs_hdf5
 
-HAS_LIVE = built("../lib/libtactor_live.so")
+HAS_LIVE = has_plugin("live")
 STREAMS = ["collision.contacts", "dynamics.state", "coupling.force", "refit.coefficients", "prediction.forecast",
            "interpolation.segment"]
 

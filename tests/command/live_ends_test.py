@@ -10,7 +10,7 @@ import tempfile
 import time
 import unittest
 
-from harness import GRAPHS, IS_SANITIZED, TACTOR, CommandTest, built, needs_meshes, needs_hdf5, needs_live
+from harness import GRAPHS, IS_SANITIZED, LIBRARIES, TACTOR, CommandTest, needs_meshes, needs_hdf5, needs_live
 
 try:
     import h5py
@@ -21,7 +21,7 @@ except ImportError:
 IN_TIME = 20 if IS_SANITIZED else 5  # s, from the end of a run to the end of the command, on a busy machine
 NODES = 200
 A_USER = 54321  # who has no process
-HAS_MODBUS = built("nodes/libtactor_modbus.so", "../lib/tactor/libtactor_modbus.so")
+HAS_MODBUS = (LIBRARIES / "tactor/libtactor_modbus.so").exists()
 WALL = f"""extends: {GRAPHS / 'wall/refit.yaml'}
 clock: real
 live: {{on_missing_privilege: warn}}

@@ -2,9 +2,9 @@
 import json
 import unittest
 
-from harness import GRAPHS, CommandTest, built, needs_hdf5
+from harness import GRAPHS, CommandTest, has_plugin, needs_hdf5
 
-HAS_LIVE = built("../lib/libtactor_live.so")
+HAS_LIVE = has_plugin("live")
 # Physics is 50 ms away, so that a held force gives hundreds of times of what the bound allows.
 AWAY = ("--over", GRAPHS / "methods/hold.yaml", "--over", GRAPHS / "passivity/delay_50ms.yaml")
 STAGE = ("--over", GRAPHS / "passivity/energy_bound.yaml")

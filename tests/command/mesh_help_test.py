@@ -8,7 +8,7 @@ import shutil
 import sys
 import unittest
 
-from harness import ROOT, CommandTest, needs_meshes, tactor
+from harness import LIBRARIES, ROOT, CommandTest, needs_meshes, tactor
 
 sys.path[:0] = [str(ROOT / "bench/meshes"), str(ROOT / "graphs/transfer")]
 import broken  # noqa: E402
@@ -203,7 +203,7 @@ class WithoutCgal(CommandTest):
         super().setUp()
         library = self.folder / "lib"
         library.mkdir()
-        for file in (BUILD / "lib").glob("libtactor.so*"):
+        for file in LIBRARIES.glob("libtactor.so*"):
             shutil.copy(file, library, follow_symlinks=False)
         self.environment["LD_LIBRARY_PATH"] = str(library)
 
@@ -220,7 +220,9 @@ class WithoutCgal(CommandTest):
 
     @needs_meshes
     def test_without_the_plugin_of_meshing_a_scene_checks_its_mesh_and_repairs_ask_for_it(self):
-        shutil.copy(BUILD / "lib/libtactor_cgal.so", self.folder / "lib")
+        plugins = self.folder / "lib/tactor/plugins"
+        plugins.mkdir(parents=True)
+        shutil.copy(LIBRARIES / "tactor/plugins/libtactor_cgal.so", plugins)
         mesh, out = self.folder / "box.off", self.folder / "out.off"
         write_off(box(0.1, 0.06, 0.04), mesh)
         self.assertIn("ok, a graph takes it", self.run_ok("mesh", "check", mesh).stdout)

@@ -32,7 +32,7 @@ struct Fixture {
   }
 
   TemporaryFolder folder;
-  Registry registry{{std::filesystem::path(TACTOR_BINARY_DIR) / "bin" / "nodes"}};
+  Registry registry{{TACTOR_NODE_FOLDER}};
   std::string good_csv, bad_csv, broken_yaml;
 };
 

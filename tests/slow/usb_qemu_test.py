@@ -88,7 +88,7 @@ def copy_as_it_is(file, root):
 
 def copy_build(root):
     """The command, the emulator, our libraries and profiles, and by ldd what they need."""
-    files = [BIN / "tactor", BIN / "tactor-attach-usb", *(BUILD / "lib").glob("*.so"), *(BIN / "nodes").glob("libtactor_*.so")]
+    files = [BIN / "tactor", BIN / "tactor-attach-usb", *(BUILD / "lib").rglob("*.so")]
     needed = set()
     for file in files:
         copy_as_it_is(file, root)

@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 Registry& registry() {
-  static Registry all({fs::path(TACTOR_BINARY_DIR) / "bin/nodes"});
+  static Registry all({TACTOR_NODE_FOLDER});
   return all;
 }
 

@@ -96,7 +96,7 @@ std::vector<Point> vertices_of(const std::string& message) {
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(a_page_gets_all_vertices_of_all_bodies_that_deform_and_sees_the_ball_press_one_in) {
-  Registry registry({fs::path(TACTOR_BINARY_DIR) / "bin/nodes"});
+  Registry registry({TACTOR_NODE_FOLDER});
   GraphSpec graph = load_graph(fs::path(TACTOR_SOURCE_DIR) / "graphs/gel_cube/scene.yaml", registry, {});
   graph.duration = Duration{400'000'000};
   // Another block beside the first, of other tetrahedra.

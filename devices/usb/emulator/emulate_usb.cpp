@@ -131,14 +131,11 @@ void read_hand(const std::string& file, HandModel& hand) {
   if (hand.times.empty()) throw InputError("--hand " + file + ": expected lines of t, x, y, z, found none");
 }
 
-/// The library that is loaded in front of the C library: beside the nodes, or where it is installed.
+/// The library that is loaded in front of the C library: beside the nodes.
 std::string preload_file() {
-  const std::filesystem::path name = "tactor-usb-preload.so";
-  const std::filesystem::path installed = library_folder() / "tactor" / name;
-  for (const std::filesystem::path& file : {installed, installation_prefix() / "bin" / "nodes" / name}) {
-    if (std::filesystem::exists(file)) return file.string();
-  }
-  throw InputError(installed.string() + " is missing; build or install tactor again");
+  const std::filesystem::path file = library_folder() / "tactor" / "tactor-usb-preload.so";
+  if (std::filesystem::exists(file)) return file.string();
+  throw InputError(file.string() + " is missing; build or install tactor again");
 }
 
 /// Does as a person would who puts the handle into its pose and calibrates, through libusb and all.

@@ -9,7 +9,8 @@ namespace pmp = CGAL::Polygon_mesh_processing;
 namespace {
 
 /// Carries the number of a polygon over to the triangles that it is cut into.
-struct KeepNumber {
+struct KeepNumber : pmp::Triangulate_faces::Default_visitor<SurfaceMesh> {
+  KeepNumber(FaceNumbers all, std::size_t* of_polygon) : numbers(all), current(of_polygon) {}
   FaceNumbers numbers;
   std::size_t* current;
   void before_subface_creations(Face polygon) { *current = numbers[polygon]; }
@@ -21,7 +22,7 @@ struct KeepNumber {
 
 bool cut_into_triangles(SurfaceMesh& surface, FaceNumbers numbers) {
   std::size_t current = 0;
-  return pmp::triangulate_faces(surface, CGAL::parameters::visitor(KeepNumber{numbers, &current}));
+  return pmp::triangulate_faces(surface, CGAL::parameters::visitor(KeepNumber(numbers, &current)));
 }
 
 }  // namespace tactor

@@ -85,7 +85,7 @@ BOOST_AUTO_TEST_CASE(every_message_type_survives_byte_for_byte) {
   const Folder folder;
   const auto recorder = load_record_library().create(folder / "a.h5", header);
   // The types of all ports that there are.
-  Registry registry({std::filesystem::path(TACTOR_BINARY_DIR) / "bin/nodes"});
+  Registry registry({TACTOR_NODE_FOLDER});
   registry.load_all();
   BOOST_REQUIRE(registry.message_types().size() >= 13U);
   // Every byte of a field different from its neighbours; an enumeration has its last value.
