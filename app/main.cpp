@@ -3,9 +3,11 @@
 #include "app/output.hpp"
 #include "app/verbs/command.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/read_budget.hpp"
 
 int main(int argc, char** argv) {
   tactor::listen_for_interruption();
+  tactor::heed_while_reading([] { return tactor::interruption.load(); });
   try {
     return tactor::run_command(argc, argv);
   } catch (const tactor::InputError& error) {

@@ -12,6 +12,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
+#include "framework/core/read_budget.hpp"
 #include "framework/core/shared_array.hpp"
 #include "framework/record/csv_columns.hpp"
 
@@ -91,8 +92,8 @@ void append_cell(std::string& row, const CsvValue& column, const std::byte* mess
 /// Reads cells of one file, and names the place of what is wrong.
 class CsvMessages {
  public:
-  CsvMessages(const std::filesystem::path& path, const MessageType& type)
-      : path_(path), type_(type), columns_(csv_values(type)) {}
+  CsvMessages(const std::filesystem::path& path, std::uint64_t file_bytes, const MessageType& type)
+      : path_(path), type_(type), budget_(path.string(), file_bytes), columns_(csv_values(type)) {}
 
   void read(std::istream& in, const std::function<void(const Stamp&, const void*)>& take) {
     std::string line;
@@ -102,6 +103,7 @@ class CsvMessages {
     MessageBatch message(type_);
     while (std::getline(in, line)) {
       ++line_;
+      take_bytes(line.size());
       const std::vector<std::string_view> cells = cells_of(line);
       if (cells.size() != column_of_.size()) {
         refuse("expected " + std::to_string(column_of_.size()) + " cells, found " + std::to_string(cells.size()));
@@ -117,6 +119,10 @@ class CsvMessages {
  private:
   [[noreturn]] void refuse(const std::string& why) const {
     throw InputError(path_.string() + ":" + std::to_string(line_) + ": " + why);
+  }
+
+  void take_bytes(std::uint64_t bytes) {
+    if (!budget_.holds(bytes)) refuse(budget_.refusal());
   }
 
   static std::vector<std::string_view> cells_of(std::string_view line) {
@@ -177,6 +183,7 @@ class CsvMessages {
     auto& elements = *reinterpret_cast<SharedBytes*>(message + column.array_offset);
     // The first column of an array that has elements makes it; the others have as many.
     if (elements.count() == 0 && !values.empty()) {
+      take_bytes(values.size() * column.array_stride);
       ArrayBlock* block = allocate_array(values.size(), column.array_stride);
       std::memset(block->elements(), 0, values.size() * column.array_stride);
       elements = SharedBytes(block);
@@ -235,6 +242,7 @@ class CsvMessages {
 
   const std::filesystem::path& path_;
   const MessageType& type_;
+  ReadBudget budget_;
   std::vector<CsvValue> columns_;
   std::vector<std::size_t> column_of_;  // by cell: 0 to 2 the stamps, then the columns
   std::size_t line_ = 0;
@@ -279,7 +287,7 @@ void import_csv(const std::filesystem::path& path, const MessageType& type,
   if (input.is_missing) throw InputError("there is no file " + path.string());
   if (!input.file) throw InputError(path.string() + ": " + input.error);
   std::ifstream in(path);
-  CsvMessages(path, type).read(in, take);
+  CsvMessages(path, input.size, type).read(in, take);
 }
 
 }  // namespace tactor

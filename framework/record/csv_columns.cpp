@@ -4,6 +4,8 @@
 #include <array>
 #include <string_view>
 
+#include "framework/core/check.hpp"
+
 namespace tactor {
 
 namespace {
@@ -41,6 +43,10 @@ class Columns {
       }
       one.field = &field;
       one.heading = name + suffix(field, i) + " [" + unit_text(field) + "]";
+      if (values_.size() == most_csv_columns) {
+        throw InputError("expected a message of at most " + std::to_string(most_csv_columns) +
+                         " numbers for CSV, found more");
+      }
       values_.push_back(std::move(one));
     }
   }

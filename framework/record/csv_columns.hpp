@@ -19,7 +19,10 @@ struct CsvValue {
   std::size_t array_stride = 0;  ///< bytes from element to element
 };
 
-/// In the order of the description. `type` must outlive them.
+/// A message may describe millions of numbers, and each column has a heading.
+inline constexpr std::size_t most_csv_columns = 65'536;
+
+/// In the order of the description. `type` must outlive them. Throws InputError if there are more columns than that.
 std::vector<CsvValue> csv_values(const MessageType& type);
 
 }  // namespace tactor

@@ -19,6 +19,9 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// Bytes that one reading may take of a file of any size: a million messages of the kinds that devices have.
+constexpr std::uint64_t most_packed = std::uint64_t{512} << 20U;
+
 /// True where the superblock says that a writer has the file in the mode that allows readers beside it.
 bool marked_as_being_written(const fs::path& path) {
   constexpr std::size_t flags_at = 11;
@@ -258,13 +261,21 @@ void Hdf5Reader::read_rows(const std::string& name, const Rows& rows, std::uint6
   }
 }
 
+void Hdf5Reader::take(ReadBudget& budget, const std::string& name, std::uint64_t count,
+                      std::uint64_t bytes_each) const {
+  // Divided, because the product of what a file says may wrap.
+  const bool fits = count == 0 || (bytes_each <= budget.bytes() / count && budget.holds(count * bytes_each));
+  if (!fits) throw InputError("the recording " + path_.string() + ": stream " + name + ": " + budget.refusal());
+}
+
 SharedBytes Hdf5Reader::read_array(const std::string& name, const ArrayRows& array, std::uint64_t first,
-                                   std::uint64_t count) const {
+                                   std::uint64_t count, ReadBudget& budget) const {
   if (first > array.rows.count || count > array.rows.count - first) {
     refuse("stream " + name + ": a message has elements " + std::to_string(first) + " to " +
            std::to_string(first + count) + " of " + std::to_string(array.rows.count));
   }
   if (count == 0) return {};
+  take(budget, name, count, array.rows.row_bytes + array.stride);
   std::vector<std::byte> packed;
   read_rows(name, array.rows, first, count, packed);
   ArrayBlock* block = allocate_array(count, array.stride);
@@ -283,6 +294,9 @@ void Hdf5Reader::read(std::size_t index, std::uint64_t first, std::uint64_t coun
   const RecordedStream& info = streams_[index];
   const Stream& stream = open_[index];
   TACTOR_DEMAND(same_type(out.type(), info.type));
+  // Many messages may name the same elements, and zeros pack a thousandfold.
+  ReadBudget budget(path_.string(), fs::file_size(path_), most_packed);
+  take(budget, info.name, count, stream.messages.row_bytes + sizeof(Stamp) + info.type.size);
   read_rows(info.name, stream.messages, first, count, bytes_);
   out.reserve(out.size() + count);
   for (std::uint64_t i = 0; i < count; ++i) {
@@ -295,7 +309,7 @@ void Hdf5Reader::read(std::size_t index, std::uint64_t first, std::uint64_t coun
     std::byte* value = out.value(out.size() - 1);
     stream.layout.unpack(row + layout::stamp_size, value,
                          [&](std::size_t array, std::uint64_t begin, std::uint64_t elements) {
-                           return read_array(info.name, stream.arrays[array], begin, elements);
+                           return read_array(info.name, stream.arrays[array], begin, elements, budget);
                          });
     if (!stream.has_enumerations) continue;
     if (const Field* field = field_without_name(info.type.fields, value)) {

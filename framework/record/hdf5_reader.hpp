@@ -1,6 +1,7 @@
 // Reads recordings from HDF5 files, finished ones and those a killed or running process left.
 #pragma once
 
+#include "framework/core/read_budget.hpp"
 #include "framework/record/hdf5_layout.hpp"
 #include "framework/record/packed_layout.hpp"
 #include "framework/record/recorder.hpp"
@@ -48,8 +49,10 @@ class Hdf5Reader final : public RecordingReader {
   std::uint64_t whole_messages(const std::string& name, const Stream& stream);
   void read_rows(const std::string& name, const Rows& rows, std::uint64_t first, std::uint64_t count,
                  std::vector<std::byte>& bytes) const;
-  SharedBytes read_array(const std::string& name, const ArrayRows& array, std::uint64_t first,
-                         std::uint64_t count) const;
+  SharedBytes read_array(const std::string& name, const ArrayRows& array, std::uint64_t first, std::uint64_t count,
+                         ReadBudget& budget) const;
+  /// Charges bytes for a stream to the budget.
+  void take(ReadBudget& budget, const std::string& name, std::uint64_t count, std::uint64_t bytes_each) const;
 
   std::filesystem::path path_;
   Handle file_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace tactor {
 
@@ -59,6 +60,13 @@ std::string SourceLocation::text() const {
 
 YamlError::YamlError(std::vector<Diagnostic> diagnostics)
     : InputError(join(in_order(diagnostics))), diagnostics_(in_order(std::move(diagnostics))) {}
+
+void Diagnostics::error(const SourceLocation& place, std::string message) {
+  list_.push_back({place, std::move(message)});
+  if (list_.size() < most) return;
+  list_.push_back({place, "there are too many errors to go on"});
+  throw YamlError(std::exchange(list_, {}));
+}
 
 void Diagnostics::throw_if_any() const {
   if (any()) throw YamlError(list_);

@@ -38,7 +38,11 @@ class YamlError : public InputError {
 /// Collects errors of a load.
 class Diagnostics {
  public:
-  void error(const SourceLocation& place, std::string message) { list_.push_back({place, std::move(message)}); }
+  /// More errors than anybody reads; each may be compared with every name of the file.
+  static constexpr std::size_t most = 200;
+
+  /// Throws YamlError with all that were collected if there are too many of them.
+  void error(const SourceLocation& place, std::string message);
   /// Takes over the errors of another file.
   void add(const YamlError& error) {
     list_.insert(list_.end(), error.diagnostics().begin(), error.diagnostics().end());

@@ -9,6 +9,8 @@
 #include <sstream>
 #include <unordered_map>
 
+#include "framework/core/read_budget.hpp"
+
 namespace tactor {
 
 namespace {
@@ -16,15 +18,22 @@ namespace {
 // Ends the parse; the diagnostic is written already.
 struct Stop {};
 
+/// What a value is made of, with everything in it.
+struct Extent {
+  std::size_t values = 1;
+  std::size_t depth = 1;
+  std::size_t bytes = 0;  // of memory
+};
+
 struct Anchored {
   Tree tree;
-  std::size_t values = 0;
-  std::size_t depth = 0;
+  Extent extent;
 };
 
 class TreeBuilder final : public YAML::EventHandler {
  public:
-  TreeBuilder(const std::string& file, Diagnostics& diagnostics) : file_(file), diagnostics_(diagnostics) {}
+  TreeBuilder(const std::string& file, std::size_t size, Diagnostics& diagnostics)
+      : file_(file), diagnostics_(diagnostics), budget_(file, size) {}
 
   [[nodiscard]] bool done() const { return done_; }
   Tree take() { return std::move(root_); }
@@ -38,7 +47,7 @@ class TreeBuilder final : public YAML::EventHandler {
     if (awaits_key()) fail(place(mark), "expected a name as the key, found nothing");
     Tree tree;
     tree.place = place(mark);
-    add(std::move(tree), anchor, 1, 1);
+    add_leaf(mark, std::move(tree), anchor);
   }
 
   void OnScalar(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
@@ -57,16 +66,18 @@ class TreeBuilder final : public YAML::EventHandler {
     tree.place = place(mark);
     tree.text = value;
     tree.quoted = tag == "!";
-    add(std::move(tree), anchor, 1, 1);
+    add_leaf(mark, std::move(tree), anchor);
   }
 
   void OnAlias(const YAML::Mark& mark, YAML::anchor_t anchor) override {
     if (awaits_key()) fail(place(mark), "expected a name as the key, found an alias");
     const auto it = anchors_.find(anchor);
     if (it == anchors_.end()) fail(place(mark), "the alias stands inside the value it refers to");
-    count(mark, it->second.values);
-    check_depth(mark, it->second.depth);
-    add(it->second.tree, 0, it->second.values, it->second.depth, false);
+    const Extent& extent = it->second.extent;
+    count(mark, extent.values);
+    check_depth(mark, extent.depth);
+    take(place(mark), extent.bytes);
+    add(it->second.tree, 0, extent);
   }
 
   void OnSequenceStart(const YAML::Mark& mark, const std::string& tag, YAML::anchor_t anchor,
@@ -84,8 +95,7 @@ class TreeBuilder final : public YAML::EventHandler {
   struct Frame {
     Tree tree;
     YAML::anchor_t anchor = 0;
-    std::size_t values = 1;
-    std::size_t depth = 1;
+    Extent extent;
     bool has_key = false;
     bool duplicate = false;
     std::string key;
@@ -132,6 +142,16 @@ class TreeBuilder final : public YAML::EventHandler {
     }
   }
 
+  void take(const SourceLocation& where, std::size_t bytes) {
+    if (!budget_.holds(bytes)) fail(where, budget_.refusal());
+  }
+
+  /// The memory for a value, its key, and its place, which has the name of the file.
+  [[nodiscard]] std::size_t bytes_for(std::size_t text) const {
+    return sizeof(TreeEntry) + 2 * file_.size() + text +
+           (awaits_key() || frames_.empty() ? 0 : frames_.back().key.size());
+  }
+
   void check_depth(const YAML::Mark& mark, std::size_t below) {
     if (frames_.size() + below > max_yaml_depth) {
       fail(place(mark), "expected at most " + std::to_string(max_yaml_depth) + " levels of nesting, found more");
@@ -147,7 +167,10 @@ class TreeBuilder final : public YAML::EventHandler {
     }
     check_depth(mark, 1);
     count(mark, 1);
+    const std::size_t bytes = bytes_for(0);
+    take(place(mark), bytes);
     Frame frame;
+    frame.extent.bytes = bytes;
     frame.tree.kind = kind;
     frame.tree.place = place(mark);
     frame.anchor = anchor;
@@ -157,20 +180,31 @@ class TreeBuilder final : public YAML::EventHandler {
   void close() {
     Frame frame = std::move(frames_.back());
     frames_.pop_back();
-    add(std::move(frame.tree), frame.anchor, frame.values, frame.depth, false);
+    add(std::move(frame.tree), frame.anchor, frame.extent);
   }
 
-  void add(Tree tree, YAML::anchor_t anchor, std::size_t values, std::size_t depth, bool counted = true) {
-    if (counted) count({}, values);
-    if (anchor != 0) anchors_[anchor] = {tree, values, depth};
+  void add_leaf(const YAML::Mark& mark, Tree tree, YAML::anchor_t anchor) {
+    count(mark, 1);
+    const std::size_t bytes = bytes_for(tree.text.size());
+    take(place(mark), bytes);
+    add(std::move(tree), anchor, {1, 1, bytes});
+  }
+
+  void add(Tree tree, YAML::anchor_t anchor, const Extent& extent) {
+    if (anchor != 0) {
+      // An alias needs a copy.
+      take(tree.place, extent.bytes);
+      anchors_[anchor] = {tree, extent};
+    }
     if (frames_.empty()) {
       root_ = std::move(tree);
       done_ = true;
       return;
     }
     Frame& frame = frames_.back();
-    frame.values += values;
-    frame.depth = std::max(frame.depth, depth + 1);
+    frame.extent.values += extent.values;
+    frame.extent.bytes += extent.bytes;
+    frame.extent.depth = std::max(frame.extent.depth, extent.depth + 1);
     if (frame.tree.is_sequence()) {
       frame.tree.items.push_back(std::move(tree));
       return;
@@ -181,6 +215,7 @@ class TreeBuilder final : public YAML::EventHandler {
 
   const std::string& file_;
   Diagnostics& diagnostics_;
+  ReadBudget budget_;
   std::vector<Frame> frames_;
   std::map<YAML::anchor_t, Anchored> anchors_;
   Tree root_;
@@ -282,7 +317,7 @@ std::optional<Tree> parse_yaml(const std::string& text, const std::string& file,
   if (!check_characters(text, file, diagnostics)) return std::nullopt;
   // Without the last line breaks the parser sees a quote that is open at the end of the file, which it else lets pass.
   std::istringstream stream(text.substr(0, text.find_last_not_of(" \t\r\n") + 1));
-  TreeBuilder builder(file, diagnostics);
+  TreeBuilder builder(file, text.size(), diagnostics);
   try {
     YAML::Parser parser(stream);
     while (parser.HandleNextDocument(builder)) {

@@ -10,6 +10,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
+#include "framework/core/read_budget.hpp"
 #include "framework/core/text.hpp"
 
 namespace tactor {
@@ -25,11 +26,17 @@ using GzipFile = std::unique_ptr<gzFile_s, CloseGzip>;
 class Lines {
  public:
   explicit Lines(const std::filesystem::path& path) : path_(path) {
-    FileDescriptor opened = open_input_file(path);
+    InputFile input = open_input(path);
+    if (!input.file) throw InputError(path.string() + ": " + input.error);
+    size_ = input.size;
+    FileDescriptor opened = std::move(input.file);
     file_.reset(gzdopen(opened.number(), "rb"));
     if (!file_) throw InputError(path.string() + ": " + "cannot be read: there is no memory for it");
     static_cast<void>(opened.release());
   }
+
+  /// Bytes of the file as it is on the disk.
+  [[nodiscard]] std::uint64_t size() const { return size_; }
 
   /// The next line without its end; nothing after the last one. It holds until the next call.
   std::optional<std::string_view> next() {
@@ -66,6 +73,7 @@ class Lines {
   }
 
   std::filesystem::path path_;
+  std::uint64_t size_ = 0;
   GzipFile file_;
   std::array<char, 1 << 16> block_{};
   std::string text_;        // what was read and not handed out
@@ -115,16 +123,22 @@ std::string CsvTable::place(std::size_t row) const {
 
 namespace {
 
+/// Bytes that a row takes besides its numbers.
+constexpr std::uint64_t row_bytes = 64;
+
 CsvTable read_lines(const std::filesystem::path& path) {
   Lines lines(path);
   CsvTable table;
   table.path = path;
+  ReadBudget budget(path.string(), lines.size());
   std::size_t line = 0, empty_line = 0;
   const auto refuse = [&](const std::string& why) {
     throw InputError(path.string() + ":" + std::to_string(line) + ": " + why);
   };
   while (const std::optional<std::string_view> row = lines.next()) {
     ++line;
+    // A quarter of the text, because an honest file may pack a hundredfold, and the message that a row becomes.
+    if (!budget.holds(row->size() / 4 + row_bytes)) refuse(budget.refusal());
     if (trimmed(*row).empty()) {
       empty_line = line;
       if (line == 1) refuse("an empty line is not allowed here");
@@ -150,6 +164,7 @@ CsvTable read_lines(const std::filesystem::path& path) {
       refuse("expected at most " + std::to_string(csv_limits::rows) + " rows and " +
              std::to_string(csv_limits::values) + " numbers, found more; cut the file or leave out samples or columns");
     }
+    if (!budget.holds(table.columns.size() * sizeof(double))) refuse(budget.refusal());
     std::size_t cells = 0;
     for_cells(*row, [&](std::string_view cell) {
       double value = 0;

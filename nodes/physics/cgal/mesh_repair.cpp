@@ -146,6 +146,11 @@ class Repair {
       numbers_[f] = soup_.numbers[i++];
     }
     if (polygons == 0) return;
+    if (const std::optional<Face> face = tangled_face(surface_)) {
+      refuse("face " + std::to_string(numbers_[*face]) + " (counted from 0) has " +
+             std::to_string(surface_.degree(*face)) +
+             " corners and crosses itself, so that it cannot be cut into triangles; do that in a modeller");
+    }
     if (!cut_into_triangles(surface_, numbers_)) {
       refuse("a face of more than three corners cannot be cut into triangles; do that in a modeller");
     }

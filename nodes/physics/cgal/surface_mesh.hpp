@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -43,6 +44,10 @@ SurfaceMesh surface_of(const std::vector<Point>& points, const std::vector<std::
 /// The surface of triangles that are oriented alike, in their order: rims at the same place are joined, and vertices in
 /// which parts touch become several at one place.
 TriangleMesh stitched(const std::vector<Point>& points, const std::vector<std::vector<std::size_t>>& triangles);
+
+/// A face of very many corners that crosses itself where it is seen along its normal; nothing where there is none. To cut
+/// such a face would take time and memory by the square of its corners.
+std::optional<Face> tangled_face(const SurfaceMesh& surface);
 
 /// Cuts polygons of more than three corners; their triangles take over their numbers. False where one cannot be cut.
 bool cut_into_triangles(SurfaceMesh& surface, FaceNumbers numbers);

@@ -10,7 +10,8 @@
 namespace tactor {
 
 MeshFormat mesh_format(const std::string& file, std::string_view bytes) {
-  const std::string_view first = MeshWords(file, "", bytes.substr(0, 1000)).next();
+  ReadBudget budget(file, bytes.size());
+  const std::string_view first = MeshWords(budget, file, "", bytes.substr(0, 1000)).next();
   if (first == "ply") return MeshFormat::ply;
   if (first == "OFF" || first == "COFF" || first == "NOFF") return MeshFormat::off;
   std::string ending = std::filesystem::path(file).extension().string();

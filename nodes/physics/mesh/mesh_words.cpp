@@ -28,6 +28,7 @@ std::string_view MeshWords::next() {
 
 std::string_view MeshWords::next_in_line() {
   for (;;) {
+    take(ReadBudget::step_cost);
     at_ = std::min(text_.find_first_not_of(blanks, at_), text_.size());
     if (at_ == text_.size() || text_[at_] == '\n') return {};
     if (text_[at_] == '#') {
@@ -68,8 +69,8 @@ Vec3 MeshWords::checked(const Vec3& point) const {
 
 void MeshWords::fail(const std::string& expected, std::string_view found) const {
   const std::string end = at_ >= text_.size() ? "the end of the file" : "the end of the line";
-  throw InputError(file_ + ":" + std::to_string(line_) + ": expected " + expected + ", found " +
-                   (found.empty() ? end : shown_word(found)) + "; export the mesh again as " + format_);
+  throw InputError(place() + ": expected " + expected + ", found " + (found.empty() ? end : shown_word(found)) +
+                   "; export the mesh again as " + format_);
 }
 
 }  // namespace tactor

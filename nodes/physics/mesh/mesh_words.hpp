@@ -4,10 +4,12 @@
 #include <charconv>
 #include <concepts>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
 #include "framework/core/check.hpp"
+#include "framework/core/read_budget.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
 
 namespace tactor {
@@ -19,8 +21,9 @@ std::string shown_word(std::string_view word);
 class MeshWords {
  public:
   /// `file` and `first_line` name the place in messages; `format` is what the file ought to be, `an ASCII OFF file`.
-  MeshWords(std::string file, std::string format, std::string_view text, std::size_t first_line = 1)
-      : file_(std::move(file)), format_(std::move(format)), text_(text), line_(first_line) {}
+  /// Each word is a step of `budget`, which outlives this.
+  MeshWords(ReadBudget& budget, std::string file, std::string format, std::string_view text, std::size_t first_line = 1)
+      : budget_(&budget), file_(std::move(file)), format_(std::move(format)), text_(text), line_(first_line) {}
 
   /// The next word, on this line or a later one, or an empty one at the end of the text.
   std::string_view next();
@@ -49,12 +52,19 @@ class MeshWords {
   /// The same of three words of this line.
   Vec3 point_in_line();
 
+  /// Charges bytes for what stands here to the budget.
+  void take(std::uint64_t bytes) const {
+    if (!budget_->holds(bytes)) throw InputError(place() + ": " + budget_->refusal());
+  }
+
   /// `FILE:LINE: expected ..., found ...` and the remedy.
   [[noreturn]] void fail(const std::string& expected, std::string_view found) const;
 
  private:
   Vec3 checked(const Vec3& point) const;
+  [[nodiscard]] std::string place() const { return file_ + ":" + std::to_string(line_); }
 
+  ReadBudget* budget_;
   std::string file_, format_;
   std::string_view text_;
   std::size_t at_ = 0;

@@ -4,7 +4,6 @@
 #include <limits>
 #include <map>
 #include <optional>
-#include <unordered_map>
 #include <utility>
 
 #include "framework/core/check.hpp"
@@ -50,10 +49,11 @@ std::size_t lines_in(std::string_view text) {
   return static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
 }
 
-std::vector<MshSection> sections_of(const std::string& file, std::string_view bytes) {
+std::vector<MshSection> sections_of(ReadBudget& budget, const std::string& file, std::string_view bytes) {
   std::vector<MshSection> sections;
   std::size_t line = 1;
   for (std::size_t at = 0; at < bytes.size();) {
+    budget.take(sizeof(MshSection));
     const std::size_t end = std::min(bytes.find('\n', at), bytes.size());
     std::string_view heading = bytes.substr(at, end - at);
     while (!heading.empty() && (heading.back() == '\r' || heading.back() == ' ')) heading.remove_suffix(1);
@@ -85,12 +85,13 @@ std::vector<MshSection> sections_of(const std::string& file, std::string_view by
 /// Reads the values of a section one by one.
 class MshValues {
  public:
-  MshValues(const std::string& file, const MshSection& section, bool binary)
-      : file_(file),
+  MshValues(ReadBudget& budget, const std::string& file, const MshSection& section, bool binary)
+      : budget_(budget),
+        file_(file),
         section_(section),
         binary_(binary),
         bytes_(section.content),
-        words_(file, msh_name, section.content, section.line) {}
+        words_(budget, file, msh_name, section.content, section.line) {}
 
   int integer(const char* what) {
     if (!binary_) return words_.number<int>(what);
@@ -110,8 +111,10 @@ class MshValues {
     if (!is_usable(p)) fail("a coordinate is not finite or beyond 1e15");
     return p;
   }
-  /// A value takes so many bytes or more.
-  [[nodiscard]] std::uint64_t bytes_left() const { return bytes_.size(); }
+  /// Charges bytes for what is being read to the budget.
+  void take(std::uint64_t bytes) {
+    if (!budget_.holds(bytes)) fail(budget_.refusal());
+  }
 
   void expect_end() {
     if (binary_) {
@@ -131,12 +134,14 @@ class MshValues {
   template <class T>
   T taken(const char* what) {
     T value{};
+    take(ReadBudget::step_cost);
     if (bytes_.size() < sizeof value) fail(std::string("it ends before ") + what);
     std::memcpy(&value, bytes_.data(), sizeof value);
     bytes_.remove_prefix(sizeof value);
     return value;
   }
 
+  ReadBudget& budget_;
   const std::string& file_;
   const MshSection& section_;
   bool binary_;
@@ -144,9 +149,9 @@ class MshValues {
   MeshWords words_;
 };
 
-bool is_binary(const std::string& file, const MshSection& section) {
+bool is_binary(ReadBudget& budget, const std::string& file, const MshSection& section) {
   const std::size_t end = std::min(section.content.find('\n'), section.content.size());
-  MeshWords words(file, msh_name, section.content.substr(0, end), section.line);
+  MeshWords words(budget, file, msh_name, section.content.substr(0, end), section.line);
   const std::string_view version = words.next();
   if (version != "4.1") {
     throw InputError(
@@ -171,8 +176,11 @@ bool is_binary(const std::string& file, const MshSection& section) {
   return true;
 }
 
+/// Bytes that an entry of a map takes beside its content.
+constexpr std::uint64_t map_entry_bytes = 96;
+
 /// The names of physical groups of surfaces by their numbers. A name stands in quotes.
-std::map<int, std::string> names_of(const std::string& file, const MshSection& section) {
+std::map<int, std::string> names_of(ReadBudget& budget, const std::string& file, const MshSection& section) {
   std::map<int, std::string> names;
   std::string_view rest = section.content;
   std::size_t line = section.line;
@@ -182,7 +190,8 @@ std::map<int, std::string> names_of(const std::string& file, const MshSection& s
     const std::string_view text = rest.substr(0, end);
     rest.remove_prefix(std::min(end + 1, rest.size()));
     const std::size_t open = text.find('"');
-    MeshWords words(file, msh_name, text.substr(0, open), line);
+    MeshWords words(budget, file, msh_name, text.substr(0, open), line);
+    words.take(map_entry_bytes + text.size());
     if (is_first) {
       words.number<std::uint64_t>("the number of names");
       is_first = false;
@@ -212,19 +221,45 @@ std::map<int, std::vector<int>> groups_of_surfaces(MshValues& values) {
       for (std::uint64_t n = values.count("the number of groups"); n > 0; --n) {
         // Below zero where the group looks at its faces from the other side.
         const int group = values.integer("the number of a group");
+        values.take(sizeof group);
         physical.push_back(group < 0 && group > std::numeric_limits<int>::min() ? -group : group);
       }
       if (dimension > 0) {
         for (std::uint64_t n = values.count("the number of boundaries"); n > 0; --n) values.integer("a boundary");
       }
-      if (dimension == 2) groups[tag] = std::move(physical);
+      if (dimension != 2) continue;
+      values.take(map_entry_bytes);
+      std::sort(physical.begin(), physical.end());
+      // A group that is named twice has its faces once.
+      physical.erase(std::unique(physical.begin(), physical.end()), physical.end());
+      groups[tag] = std::move(physical);
     }
   }
   values.expect_end();
   return groups;
 }
 
-using NodeNumbers = std::unordered_map<std::uint64_t, int>;
+/// The numbers that nodes have in the file. A file cannot make a search among them slow, as it could with a hash.
+class NodeNumbers {
+ public:
+  void add(std::uint64_t number) { sorted_.push_back({number, static_cast<int>(sorted_.size())}); }
+  /// To be called once, after the last `add`. A number that two nodes have; nothing where all differ.
+  std::optional<std::uint64_t> sort() {
+    std::sort(sorted_.begin(), sorted_.end());
+    const auto twice = std::adjacent_find(sorted_.begin(), sorted_.end(),
+                                          [](const auto& a, const auto& b) { return a.first == b.first; });
+    return twice == sorted_.end() ? std::nullopt : std::optional(twice->first);
+  }
+  /// The index of a node, or nothing where none has that number.
+  [[nodiscard]] std::optional<int> find(std::uint64_t number) const {
+    const auto found = std::lower_bound(sorted_.begin(), sorted_.end(), std::pair(number, 0));
+    return found == sorted_.end() || found->first != number ? std::nullopt : std::optional(found->second);
+  }
+  static constexpr std::size_t entry_bytes = sizeof(std::pair<std::uint64_t, int>);
+
+ private:
+  std::vector<std::pair<std::uint64_t, int>> sorted_;
+};
 
 NodeNumbers read_nodes(MshValues& values, VolumeSoup& soup) {
   NodeNumbers numbers;
@@ -242,16 +277,18 @@ NodeNumbers read_nodes(MshValues& values, VolumeSoup& soup) {
       values.fail("expected 0 or 1 (parametric), found " + std::to_string(parametric));
     const std::uint64_t in_block = values.count("the number of nodes of a block");
     tags.clear();
-    for (std::uint64_t i = 0; i < in_block; ++i) tags.push_back(values.count("the number of a node"));
+    for (std::uint64_t i = 0; i < in_block; ++i) {
+      values.take(sizeof(std::uint64_t) + NodeNumbers::entry_bytes + sizeof(Vec3));
+      tags.push_back(values.count("the number of a node"));
+    }
     for (const std::uint64_t tag : tags) {
-      if (!numbers.try_emplace(tag, static_cast<int>(soup.nodes.size())).second) {
-        values.fail("two nodes have the number " + std::to_string(tag));
-      }
+      numbers.add(tag);
       soup.nodes.push_back(values.point());
       for (int k = 0; parametric == 1 && k < dimension; ++k) values.real("a parameter");
     }
   }
   values.expect_end();
+  if (const auto twice = numbers.sort()) values.fail("two nodes have the number " + std::to_string(*twice));
   if (soup.nodes.size() != nodes) {
     values.fail("it says " + std::to_string(nodes) + " nodes and lists " + std::to_string(soup.nodes.size()));
   }
@@ -273,10 +310,15 @@ class MshGroups {
  public:
   MshGroups(std::map<int, std::string> names, std::map<int, std::vector<int>> of_surface)
       : names_(std::move(names)), of_surface_(std::move(of_surface)) {}
-  void add(int surface, const std::array<int, 3>& face) {
+  void add(int surface, const std::array<int, 3>& face, MshValues& values) {
     const auto groups = of_surface_.find(surface);
     if (groups == of_surface_.end()) return;
-    for (const int group : groups->second) faces_[group].push_back(face);
+    // Few triangles in many groups are many faces. Each is copied once more at the end.
+    for (const int group : groups->second) {
+      std::vector<std::array<int, 3>>& faces = faces_[group];
+      values.take(2 * sizeof face + (faces.empty() ? map_entry_bytes + sizeof(FaceGroup) : 0));
+      faces.push_back(face);
+    }
   }
   [[nodiscard]] std::vector<FaceGroup> groups() const {
     std::vector<FaceGroup> all;
@@ -307,9 +349,9 @@ void read_elements(MshValues& values, const NodeNumbers& numbers, MshGroups& gro
       const std::uint64_t tag = values.count("the number of an element");
       std::array<int, 10> corner{};
       for (std::size_t k = 0; k < type.nodes; ++k) {
-        const auto node = numbers.find(values.count("a node of an element"));
-        if (node == numbers.end()) values.fail("element " + std::to_string(tag) + " names a node that is not there");
-        corner[k] = node->second;
+        const std::optional<int> node = numbers.find(values.count("a node of an element"));
+        if (!node) values.fail("element " + std::to_string(tag) + " names a node that is not there");
+        corner[k] = *node;
       }
       std::array<int, 10> ordered = corner;
       std::sort(ordered.begin(), ordered.begin() + static_cast<std::ptrdiff_t>(type.nodes));
@@ -317,8 +359,11 @@ void read_elements(MshValues& values, const NodeNumbers& numbers, MshGroups& gro
           ordered.begin() + static_cast<std::ptrdiff_t>(type.nodes)) {
         values.fail("element " + std::to_string(tag) + " names a node twice");
       }
-      if (type.number == 4) soup.tets.push_back({corner[0], corner[1], corner[2], corner[3]});
-      if (type.number == 2) groups.add(entity, {corner[0], corner[1], corner[2]});
+      if (type.number == 4) {
+        values.take(sizeof soup.tets[0]);
+        soup.tets.push_back({corner[0], corner[1], corner[2], corner[3]});
+      }
+      if (type.number == 2) groups.add(entity, {corner[0], corner[1], corner[2]}, values);
       if (type.dimension == 2 && type.number != 2) ++quadrangles;
       ++listed;
     }
@@ -335,7 +380,8 @@ void read_elements(MshValues& values, const NodeNumbers& numbers, MshGroups& gro
 }  // namespace
 
 VolumeSoup read_msh(const std::string& file, std::string_view bytes) {
-  const std::vector<MshSection> sections = sections_of(file, bytes);
+  ReadBudget budget(file, bytes.size());
+  const std::vector<MshSection> sections = sections_of(budget, file, bytes);
   const auto find = [&](std::string_view name) -> const MshSection* {
     const MshSection* found = nullptr;
     for (const MshSection& section : sections) {
@@ -352,20 +398,20 @@ VolumeSoup read_msh(const std::string& file, std::string_view bytes) {
     if (const MshSection* section = find(name)) return *section;
     throw InputError(file + ": the file has no section $" + std::string(name) + "; save the mesh again as " + msh_name);
   };
-  const bool binary = is_binary(file, need("MeshFormat"));
+  const bool binary = is_binary(budget, file, need("MeshFormat"));
   if (find("PartitionedEntities") != nullptr) {
     throw InputError(file + ": the mesh is partitioned; save it in Gmsh without partitions");
   }
   VolumeSoup soup;
   std::map<int, std::string> names;
-  if (const MshSection* section = find("PhysicalNames")) names = names_of(file, *section);
+  if (const MshSection* section = find("PhysicalNames")) names = names_of(budget, file, *section);
   std::map<int, std::vector<int>> of_surface;
   if (const MshSection* section = find("Entities")) {
-    MshValues values(file, *section, binary);
+    MshValues values(budget, file, *section, binary);
     of_surface = groups_of_surfaces(values);
   }
   MshGroups groups(std::move(names), std::move(of_surface));
-  MshValues nodes(file, need("Nodes"), binary), elements(file, need("Elements"), binary);
+  MshValues nodes(budget, file, need("Nodes"), binary), elements(budget, file, need("Elements"), binary);
   const NodeNumbers numbers = read_nodes(nodes, soup);
   read_elements(elements, numbers, groups, soup);
   soup.groups = groups.groups();

@@ -17,10 +17,12 @@ constexpr std::array<std::string_view, 22> left_out{
 }  // namespace
 
 PolygonSoup read_obj(const std::string& file, std::string_view bytes) {
-  MeshWords words(file, "an OBJ file of polygons", bytes);
+  ReadBudget budget(file, bytes.size());
+  MeshWords words(budget, file, "an OBJ file of polygons", bytes);
   PolygonSoup soup;
   for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
     if (word == "v") {
+      words.take(sizeof(Vec3));
       soup.points.push_back(words.point_in_line());
       // A weight or a colour may follow.
       words.skip_line();
@@ -37,6 +39,7 @@ PolygonSoup read_obj(const std::string& file, std::string_view bytes) {
         polygon.push_back(static_cast<std::size_t>(absolute));
       }
       if (polygon.size() < 3) words.fail("a face of 3 corners or more", std::to_string(polygon.size()));
+      words.take(polygon_bytes(polygon.size()));
       soup.polygons.push_back(std::move(polygon));
     } else if (std::find(left_out.begin(), left_out.end(), word) != left_out.end()) {
       words.skip_line();

@@ -6,7 +6,8 @@
 namespace tactor {
 
 PolygonSoup read_off(const std::string& file, std::string_view bytes) {
-  MeshWords words(file, "an ASCII OFF file", bytes);
+  ReadBudget budget(file, bytes.size());
+  MeshWords words(budget, file, "an ASCII OFF file", bytes);
   const std::string_view header = words.next();
   if (header != "OFF" && header != "COFF" && header != "NOFF") words.fail("the header OFF", header);
   const auto count = [&](const char* expected) {
@@ -24,6 +25,7 @@ PolygonSoup read_off(const std::string& file, std::string_view bytes) {
   soup.points.reserve(std::min(points, bytes.size() / 6));
   soup.polygons.reserve(std::min(polygons, bytes.size() / 8));
   for (std::size_t i = 0; i < points; ++i) {
+    words.take(sizeof(Vec3));
     soup.points.push_back(words.point());
     if (header != "OFF") words.skip_line();
   }
@@ -41,6 +43,7 @@ PolygonSoup read_off(const std::string& file, std::string_view bytes) {
       }
       polygon.push_back(static_cast<std::size_t>(index));
     }
+    words.take(polygon_bytes(polygon.size()));
     soup.polygons.push_back(std::move(polygon));
     // Colours may stand there.
     words.skip_line();

@@ -87,12 +87,16 @@ void read_header_line(const std::string_view keyword, MeshWords& words, Header& 
   }
 }
 
-Header read_header(const std::string& file, std::string_view bytes) {
+/// A line of the header may be an element or a property.
+constexpr std::size_t header_line_bytes = sizeof(Element) + sizeof(Property);
+
+Header read_header(ReadBudget& budget, const std::string& file, std::string_view bytes) {
   Header header;
   bool formatted = false;
   for (std::size_t at = 0; at < bytes.size();) {
     const std::size_t end = std::min(bytes.find('\n', at), bytes.size());
-    MeshWords words(file, "a PLY file", bytes.substr(at, end - at), ++header.lines);
+    MeshWords words(budget, file, "a PLY file", bytes.substr(at, end - at), ++header.lines);
+    words.take(header_line_bytes);
     at = end + 1;
     const std::string_view keyword = words.next_in_line();
     if (header.lines == 1) {
@@ -114,17 +118,19 @@ Header read_header(const std::string& file, std::string_view bytes) {
 /// Reads the values of the body one by one.
 class Body {
  public:
-  Body(const std::string& file, const Header& header)
-      : file_(file),
+  Body(ReadBudget& budget, const std::string& file, const Header& header)
+      : budget_(budget),
+        file_(file),
         coding_(header.coding),
         bytes_(header.body),
-        words_(file, "a PLY file", header.body, header.lines + 1) {}
+        words_(budget, file, "a PLY file", header.body, header.lines + 1) {}
 
   /// What is being read, for messages.
   void begin(const Element& element, std::size_t index) { element_ = &element, index_ = index; }
 
   double value(const Type& type) {
     if (coding_ == Coding::ascii) return words_.number<double>("a number");
+    take(ReadBudget::step_cost);
     if (bytes_.size() < type.size) fail("the file ends here");
     std::uint64_t bits = 0;
     for (unsigned i = 0; i < type.size; ++i) {
@@ -152,6 +158,11 @@ class Body {
     return static_cast<std::size_t>(v);
   }
 
+  /// Charges bytes for what is being read to the budget.
+  void take(std::uint64_t bytes) {
+    if (!budget_.holds(bytes)) fail(budget_.refusal());
+  }
+
   void expect_end() {
     if (coding_ == Coding::ascii) {
       if (const std::string_view rest = words_.next(); !rest.empty()) words_.fail("the end of the file", rest);
@@ -167,6 +178,7 @@ class Body {
   }
 
  private:
+  ReadBudget& budget_;
   const std::string& file_;
   Coding coding_;
   std::string_view bytes_;
@@ -178,6 +190,7 @@ class Body {
 void read_vertices(const Element& element, Body& body, PolygonSoup& soup) {
   for (std::size_t i = 0; i < element.count; ++i) {
     body.begin(element, i);
+    body.take(sizeof(Vec3));
     Vec3 p;
     for (const Property& property : element.properties) {
       const std::size_t values = property.length ? body.index(*property.length, "the length of a list") : 1;
@@ -204,9 +217,13 @@ void read_others(const Element& element, Body& body, PolygonSoup* soup) {
       const std::size_t values = property.length ? body.index(*property.length, "the length of a list") : 1;
       const bool corners = soup != nullptr && holds_corners(property);
       if (corners && values < 3) body.fail("expected 3 corners or more, found " + std::to_string(values));
-      if (corners) soup->polygons.emplace_back();
+      if (corners) {
+        body.take(polygon_bytes(0));
+        soup->polygons.emplace_back();
+      }
       for (std::size_t k = 0; k < values; ++k) {
         if (corners) {
+          body.take(sizeof(std::size_t));
           soup->polygons.back().push_back(body.index(property.type, "the index of a vertex"));
         } else {
           body.value(property.type);
@@ -248,10 +265,11 @@ void check_header(const std::string& file, const Header& header) {
 }  // namespace
 
 PolygonSoup read_ply(const std::string& file, std::string_view bytes) {
-  const Header header = read_header(file, bytes);
+  ReadBudget budget(file, bytes.size());
+  const Header header = read_header(budget, file, bytes);
   check_header(file, header);
   PolygonSoup soup;
-  Body body(file, header);
+  Body body(budget, file, header);
   for (const Element& element : header.elements) {
     if (element.name == "vertex") {
       read_vertices(element, body, soup);

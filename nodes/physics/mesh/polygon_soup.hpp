@@ -16,6 +16,11 @@ struct PolygonSoup {
   std::vector<std::vector<std::size_t>> polygons;
 };
 
+/// Bytes that a polygon of so many corners takes, with what the heap keeps of it.
+constexpr std::size_t polygon_bytes(std::size_t corners) {
+  return sizeof(std::vector<std::size_t>) + 16 + corners * sizeof(std::size_t);
+}
+
 /// False for what is not a number, infinite, or so far out that products of coordinates overflow.
 inline bool is_usable(const Vec3& point) {
   constexpr double most = 1e15;

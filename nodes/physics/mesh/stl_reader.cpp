@@ -9,6 +9,7 @@ namespace tactor {
 namespace {
 
 constexpr std::size_t header_size = 84, face_size = 50;
+constexpr std::size_t face_cost = 3 * sizeof(Vec3) + polygon_bytes(3);
 
 std::uint32_t little_endian(std::string_view bytes, std::size_t at) {
   std::uint32_t value = 0;
@@ -29,8 +30,8 @@ void add_face(PolygonSoup& soup) {
   soup.polygons.push_back({n - 3, n - 2, n - 1});
 }
 
-PolygonSoup read_text(const std::string& file, std::string_view bytes) {
-  MeshWords words(file, "an STL file", bytes);
+PolygonSoup read_text(ReadBudget& budget, const std::string& file, std::string_view bytes) {
+  MeshWords words(budget, file, "an STL file", bytes);
   const auto expect = [&](const char* keyword) {
     if (const std::string_view word = words.next(); !same_word(word, keyword)) words.fail(keyword, word);
   };
@@ -43,6 +44,7 @@ PolygonSoup read_text(const std::string& file, std::string_view bytes) {
     if (same_word(word, "facet")) {
       // The normal, which the corners tell better.
       words.skip_line();
+      words.take(face_cost);
       expect("outer");
       expect("loop");
       for (int corner = 0; corner < 3; ++corner) {
@@ -64,7 +66,7 @@ PolygonSoup read_text(const std::string& file, std::string_view bytes) {
   }
 }
 
-PolygonSoup read_binary(const std::string& file, std::string_view bytes) {
+PolygonSoup read_binary(ReadBudget& budget, const std::string& file, std::string_view bytes) {
   if (bytes.size() < header_size) {
     throw InputError(file + ": the file has " + std::to_string(bytes.size()) + " bytes, too few for an STL file (" +
                      std::to_string(header_size) + " or more); export the mesh again");
@@ -80,6 +82,7 @@ PolygonSoup read_binary(const std::string& file, std::string_view bytes) {
   soup.points.reserve(3 * faces);
   soup.polygons.reserve(faces);
   for (std::size_t face = 0; face < faces; ++face) {
+    budget.take(face_cost);
     // The normal comes first, which the corners tell better.
     std::size_t at = header_size + face_size * face + 12;
     for (int corner = 0; corner < 3; ++corner) {
@@ -99,10 +102,11 @@ PolygonSoup read_binary(const std::string& file, std::string_view bytes) {
 }  // namespace
 
 PolygonSoup read_stl(const std::string& file, std::string_view bytes) {
+  ReadBudget budget(file, bytes.size());
   // Binary files too may begin with `solid`; a text holds no zero.
   const bool is_text = bytes.find('\0') == std::string_view::npos &&
-                       same_word(MeshWords(file, "", bytes.substr(0, 1000)).next(), "solid");
-  return is_text ? read_text(file, bytes) : read_binary(file, bytes);
+                       same_word(MeshWords(budget, file, "", bytes.substr(0, 1000)).next(), "solid");
+  return is_text ? read_text(budget, file, bytes) : read_binary(budget, file, bytes);
 }
 
 }  // namespace tactor

@@ -13,11 +13,14 @@ namespace tactor {
 
 namespace {
 
-constexpr std::uint64_t most_bytes = std::uint64_t{1} << 31U;
-
 [[noreturn]] void fail_array(const VtuCoding& coding, const VtuArray& array, const std::string& what) {
   throw InputError(coding.file + ": data array " + shown_word(array.name) + ": " + what +
                    "; save the mesh again as VTK unstructured grid (.vtu), for instance as text");
+}
+
+/// Charges bytes for an array to the budget of the file.
+void take_bytes(const VtuCoding& coding, const VtuArray& array, std::uint64_t bytes) {
+  if (!coding.budget.holds(bytes)) fail_array(coding, array, coding.budget.refusal());
 }
 
 int sextet(char c) {
@@ -40,6 +43,7 @@ class VtuBytes {
   std::string take(std::uint64_t size) {
     // Three bytes are four characters.
     if (size > decoded_.size() + rest_.size()) fail_array(coding_, array_, "the data ends too early");
+    take_bytes(coding_, array_, size + ReadBudget::step_cost);
     if (!is_text_) {
       std::string raw(rest_.substr(0, size));
       rest_.remove_prefix(size);
@@ -99,6 +103,7 @@ void inflate_block(const VtuCoding& coding, const VtuArray& array, const std::st
                    std::string& out) {
   // zlib packs by a factor of 1032 at most.
   if (size > 1100 * packed.size() + 1100) fail_array(coding, array, "a block cannot be as long as its header says");
+  take_bytes(coding, array, size);
   const std::size_t before = out.size();
   out.resize(before + size);
   uLongf length = size;
@@ -120,11 +125,13 @@ std::string bytes_of(const VtuCoding& coding, const VtuArray& array) {
   }
   const std::uint64_t blocks = bytes.take_size(), block_size = bytes.take_size(), last_size = bytes.take_size();
   std::vector<std::uint64_t> packed;
+  // Also of blocks without content.
+  if (blocks > coding.budget.bytes() / sizeof blocks) fail_array(coding, array, "the data ends too early");
+  take_bytes(coding, array, blocks * sizeof blocks);
   for (std::uint64_t i = 0; i < blocks; ++i) packed.push_back(bytes.take_size());
   std::string data;
   for (std::uint64_t i = 0; i < blocks; ++i) {
     const std::uint64_t size = i + 1 == blocks && last_size > 0 ? last_size : block_size;
-    if (size > most_bytes || data.size() + size > most_bytes) fail_array(coding, array, "it has more than 2 GiB");
     inflate_block(coding, array, bytes.take(packed[i]), size, data);
   }
   bytes.expect_end();
@@ -136,6 +143,7 @@ std::vector<Value> stored_as(const VtuCoding& coding, const VtuArray& array, con
   if (bytes.size() % sizeof(Stored) != 0) {
     fail_array(coding, array, std::to_string(bytes.size()) + " bytes are no whole number of values");
   }
+  take_bytes(coding, array, bytes.size() / sizeof(Stored) * sizeof(Value));
   std::vector<Value> values;
   values.reserve(bytes.size() / sizeof(Stored));
   for (std::size_t at = 0; at < bytes.size(); at += sizeof(Stored)) {
@@ -148,9 +156,10 @@ std::vector<Value> stored_as(const VtuCoding& coding, const VtuArray& array, con
 
 template <class Value>
 std::vector<Value> values_in_text(const VtuCoding& coding, const VtuArray& array, const char* expected) {
-  MeshWords words(coding.file, "a VTK file", array.text, array.line);
+  MeshWords words(coding.budget, coding.file, "a VTK file", array.text, array.line);
   std::vector<Value> values;
   for (std::string_view word = words.next(); !word.empty(); word = words.next()) {
+    words.take(sizeof(Value));
     values.push_back(words.number<Value>(word, expected));
   }
   return values;

@@ -29,7 +29,8 @@ struct Tag {
 /// for whoever asks.
 class Tags {
  public:
-  Tags(const std::string& file, std::string_view bytes) : file_(file), bytes_(bytes) {}
+  Tags(ReadBudget& budget, const std::string& file, std::string_view bytes)
+      : budget_(budget), file_(file), bytes_(bytes) {}
 
   /// The next tag, or nothing at the end of the file.
   std::optional<Tag> next() {
@@ -74,6 +75,7 @@ class Tags {
   }
 
   Tag parsed(std::size_t begin, std::size_t end) {
+    budget_.take(ReadBudget::step_cost);
     constexpr std::string_view blanks = " \t\r\n";
     Tag tag;
     tag.begin = begin, tag.end = end;
@@ -102,6 +104,7 @@ class Tags {
     return tag;
   }
 
+  ReadBudget& budget_;
   const std::string& file_;
   std::string_view bytes_;
   std::size_t at_ = 0, line_ = 1, counted_ = 0;
@@ -159,10 +162,9 @@ VtuArray array_of(Tags& tags, const Tag& tag, std::string_view bytes) {
   return array;
 }
 
-VtuFile parsed_file(const std::string& file, std::string_view bytes) {
-  Tags tags(file, bytes);
-  VtuFile vtu;
-  vtu.coding.file = file;
+VtuFile parsed_file(ReadBudget& budget, const std::string& file, std::string_view bytes) {
+  Tags tags(budget, file, bytes);
+  VtuFile vtu{.coding = {.budget = budget, .file = file}, .pieces = {}};
   bool has_head = false;
   std::string_view part;
   while (const std::optional<Tag> tag = tags.next()) {
@@ -174,6 +176,7 @@ VtuFile parsed_file(const std::string& file, std::string_view bytes) {
     } else if (tag->closes) {
       if (tag->name == part) part = {};
     } else if (tag->name == "Piece") {
+      budget.take(sizeof(Piece), ":" + std::to_string(tags.line_at(tag->begin)));
       vtu.pieces.push_back(
           {number_of(tags, *tag, "NumberOfPoints"), number_of(tags, *tag, "NumberOfCells"), {}, {}, {}, {}});
     } else if (tag->name == "AppendedData") {
@@ -238,6 +241,7 @@ void read_piece(const VtuCoding& coding, const Piece& piece, VolumeSoup& soup, s
     fail("a piece says " + std::to_string(piece.cells) + " cells and has " + std::to_string(ends.size()) +
          " offsets and " + std::to_string(types.size()) + " types");
   }
+  coding.budget.take(piece.points * sizeof(Vec3) + piece.cells * sizeof soup.tets[0]);
   const auto first = static_cast<std::int64_t>(soup.nodes.size());
   for (std::size_t i = 0; i < coordinates.size(); i += 3) {
     soup.nodes.push_back({coordinates[i], coordinates[i + 1], coordinates[i + 2]});
@@ -278,7 +282,8 @@ void read_piece(const VtuCoding& coding, const Piece& piece, VolumeSoup& soup, s
 }  // namespace
 
 VolumeSoup read_vtu(const std::string& file, std::string_view bytes) {
-  const VtuFile vtu = parsed_file(file, bytes);
+  ReadBudget budget(file, bytes.size());
+  const VtuFile vtu = parsed_file(budget, file, bytes);
   VolumeSoup soup;
   std::size_t left_out = 0;
   for (const Piece& piece : vtu.pieces) read_piece(vtu.coding, piece, soup, left_out);

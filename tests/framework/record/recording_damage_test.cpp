@@ -8,6 +8,8 @@
 #include <csignal>
 
 #include "framework/core/check.hpp"
+#include "framework/core/describe.hpp"
+#include "framework/core/shared_array.hpp"
 #include "recording_fixture.hpp"
 
 using namespace tactor;
@@ -45,7 +47,69 @@ int read_all(const std::filesystem::path& path) {
   }
 }
 
+/// A message with an array, as a user's library may describe one.
+struct Profile {
+  SharedArray<double> heights;  // m
+};
+
 }  // namespace
+
+template <>
+inline const MessageType& tactor::message_type<Profile>() {
+  static const MessageType type = Describe<Profile>("test.Profile").field("heights", "m", &Profile::heights).type();
+  return type;
+}
+
+BOOST_AUTO_TEST_CASE(messages_that_all_name_the_same_elements_are_refused_before_they_fill_the_memory) {
+  constexpr std::uint64_t messages = 2000, each = 500;
+  const Folder folder;
+  const std::filesystem::path path = folder / "profiles.h5";
+  // Of a process that is killed: its rows are not compressed, and nothing checks them.
+  BOOST_REQUIRE(in_child([&] {
+                  const auto recorder = load_record_library().create(path, header);
+                  const std::size_t stream = recorder->add_stream("scan.profile", message_type<Profile>());
+                  ArrayPool<double> pool(2, each);
+                  for (std::uint64_t i = 0; i < messages; ++i) {
+                    Profile profile;
+                    profile.heights = *pool.copy(std::vector<double>(each, 1.0));
+                    recorder->write(stream, stamp_of(static_cast<std::int64_t>(i)), &profile);
+                  }
+                  recorder->flush();
+                  return 0;
+                }) == 0);
+  const auto read = [&] {
+    const auto reader = load_record_library().open(path);
+    MessageBatch batch(reader->streams()[0].type);
+    reader->read(0, 0, reader->streams()[0].count, batch);
+    return batch.size();
+  };
+  BOOST_TEST(read() > messages / 2);
+  // Each message names its own elements, first and count; now each names all of them: 16 GB.
+  std::string bytes = bytes_of(path);
+  const auto range = [](std::uint64_t first, std::uint64_t count) {
+    std::string text(16, '\0');
+    std::memcpy(text.data(), &first, 8);
+    std::memcpy(text.data() + 8, &count, 8);
+    return text;
+  };
+  std::uint64_t patched = 0;
+  for (std::uint64_t i = 1; i < messages; ++i) {
+    const std::size_t at = bytes.find(range(i * each, each));
+    if (at == std::string::npos) continue;
+    bytes.replace(at, 16, range(0, messages / 2 * each));
+    ++patched;
+  }
+  BOOST_TEST(patched > messages / 2);
+  write_bytes(path, bytes);
+  BOOST_CHECK_EXCEPTION(read(), InputError, [&](const InputError& error) {
+    const std::string why = error.what();
+    return why.find(path.string()) != std::string::npos && why.find("scan.profile") != std::string::npos &&
+           why.find("at most 512 MiB") != std::string::npos;
+  });
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  BOOST_TEST(used.ru_maxrss < 2 * 1024 * 1024);  // kB
+}
 
 BOOST_AUTO_TEST_CASE(missing_empty_and_foreign_files_are_refused_with_their_path) {
   const Folder folder;
