@@ -4,8 +4,10 @@
 #include "app/verbs/command.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/read_budget.hpp"
+#include "framework/core/shown_text.hpp"
 
 int main(int argc, char** argv) {
+  tactor::show_only_text();
   tactor::listen_for_interruption();
   tactor::heed_while_reading([] { return tactor::interruption.load(); });
   try {

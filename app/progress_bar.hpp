@@ -9,7 +9,7 @@
 #include <cmath>
 #include <string>
 
-#include "app/output.hpp"
+#include "framework/core/shown_text.hpp"
 
 namespace tactor {
 
@@ -37,12 +37,12 @@ class ProgressBar {
     const int full = std::clamp(static_cast<int>(std::lround(share * width)), 0, width);
     const double elapsed = std::chrono::duration<double>(now - begin_).count();
     const std::string left = share > 0 && elapsed > 1 ? clock_text(elapsed * (1 - share) / share) + " left" : "";
-    tell(fmt::format("\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<24.24} {:<13}", "", full, "", width - full, 100 * share, what,
-                     left));
+    draw_on_terminal(STDERR_FILENO, fmt::format("\r  [{:=<{}}{: <{}}] {:3.0f} %  {:<24.24} {:<13}", "", full, "",
+                                                width - full, 100 * share, shown_text(what), left));
     shown_ = true;
   }
   void clear() {
-    if (shown_) tell(fmt::format("\r{: <78}\r", ""));
+    if (shown_) draw_on_terminal(STDERR_FILENO, fmt::format("\r{: <78}\r", ""));
     shown_ = false;
   }
 

@@ -13,6 +13,7 @@
 #include "app/output.hpp"
 #include "app/run/run.hpp"
 #include "framework/core/segment.hpp"
+#include "framework/core/shown_text.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/declare.hpp"
 
@@ -135,10 +136,10 @@ RunResult run_trial(const GraphSpec& graph, const std::atomic<int>& interrupted,
     told = look.status.now.seconds();
     const Vec3& p = shown.newest.X_WD.p;
     const Vec3& v = shown.newest.V_WD.v;
-    fmt::print("{}  {:6.2f} s  position {:8.2f} {:8.2f} {:8.2f} mm  speed {:7.3f} m/s  buttons {:b}{}",
-               terminal ? "\r" : "", told, 1e3 * p.x, 1e3 * p.y, 1e3 * p.z, norm(v), shown.newest.buttons,
-               terminal ? "   " : "\n");
-    std::fflush(stdout);
+    const std::string row =
+        fmt::format("  {:6.2f} s  position {:8.2f} {:8.2f} {:8.2f} mm  speed {:7.3f} m/s  buttons {:b}", told,
+                    1e3 * p.x, 1e3 * p.y, 1e3 * p.z, norm(v), shown.newest.buttons);
+    draw_on_terminal(STDOUT_FILENO, terminal ? "\r" + row + "   " : row + "\n");
     return true;
   };
   options.stop_asked = [&interrupted] { return interrupted != 0; };

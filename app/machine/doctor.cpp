@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "app/machine/device_access.hpp"
+#include "framework/core/shown_text.hpp"
 
 namespace tactor {
 
@@ -68,10 +69,11 @@ std::string findings_text(const std::vector<Finding>& findings, bool coloured) {
   std::string out;
   for (const Finding& finding : findings) {
     const std::string head =
-        fmt::format("  {}  {:<{}}", grade_text(finding.grade, coloured, 8), finding.title, title_width);
-    out += beside(head, grade_width + title_width, finding.found);
-    if (!finding.cost.empty()) out += beside("      cost  ", grade_width, finding.cost);
-    if (!finding.remedy.empty()) out += beside_command("      fix   ", grade_width, finding.remedy);
+        fmt::format("  {}  {:<{}}", grade_text(finding.grade, coloured, 8), shown_text(finding.title), title_width);
+    // Devices and the system tell of themselves.
+    out += beside(head, grade_width + title_width, shown_text(finding.found));
+    if (!finding.cost.empty()) out += beside("      cost  ", grade_width, shown_text(finding.cost));
+    if (!finding.remedy.empty()) out += beside_command("      fix   ", grade_width, shown_text(finding.remedy));
   }
   return out;
 }
@@ -166,7 +168,7 @@ nlohmann::ordered_json to_json(const Diagnosis& diagnosis) {
 
 std::string diagnosis_text(const Diagnosis& diagnosis, bool coloured) {
   std::string out = fmt::format("\n  Real time on this machine: {}\n  Linux {}\n\n",
-                                grade_text(worst(diagnosis.findings), coloured), diagnosis.kernel);
+                                grade_text(worst(diagnosis.findings), coloured), shown_text(diagnosis.kernel));
   out += findings_text(diagnosis.findings, coloured);
   out += "\n  Devices\n\n" + findings_text(diagnosis.devices, coloured);
   return out + "\n" + trial_table(diagnosis);

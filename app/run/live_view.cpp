@@ -7,9 +7,9 @@
 #include <algorithm>
 #include <sstream>
 
-#include "app/output.hpp"
 #include "app/run/experiment.hpp"
 #include "app/run/summary.hpp"
+#include "framework/core/shown_text.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/realtime/safety_gate.hpp"
 
@@ -153,13 +153,13 @@ void LiveView::draw(const LiveLook& look) {
   drawn_ = status;
   // Written in one piece over the block before, each row cleared to its end, so that nothing flickers.
   std::string out = back();
-  for (const std::string& row : rows) out += row + "\x1b[K\n";
-  tell(out + "\x1b[J");
+  for (const std::string& row : rows) out += shown_text(row) + "\x1b[K\n";
+  draw_on_terminal(STDERR_FILENO, out + "\x1b[J");
   rows_ = rows.size();
 }
 
 void LiveView::clear() {
-  if (rows_ > 0) tell(back() + "\x1b[J");
+  if (rows_ > 0) draw_on_terminal(STDERR_FILENO, back() + "\x1b[J");
   rows_ = 0;
 }
 

@@ -9,6 +9,7 @@
 
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/verbs.hpp"
+#include "framework/core/shown_text.hpp"
 
 namespace tactor {
 
@@ -22,7 +23,11 @@ struct DoctorArguments {
 int look_at_machine(const DoctorArguments& arguments) {
   const Diagnosis diagnosis = diagnose(Duration::from_seconds(arguments.seconds));
   const bool coloured = isatty(STDOUT_FILENO) == 1 && std::getenv("NO_COLOR") == nullptr;
-  fmt::print("{}\n", arguments.json ? to_json(diagnosis).dump(2) : diagnosis_text(diagnosis, coloured));
+  if (arguments.json) {
+    fmt::print("{}\n", to_json(diagnosis).dump(2));
+  } else {
+    draw_on_terminal(STDOUT_FILENO, diagnosis_text(diagnosis, coloured) + "\n");
+  }
   return 0;
 }
 

@@ -65,6 +65,23 @@ class Includes(unittest.TestCase):
                 with self.subTest(file=name, header=header):
                     self.assertIsNone(slow.match(header), "include it in a .cpp, and forward what the header names")
 
+    def test_every_program_shows_only_text(self):
+        """What a program prints may come from a file or a device: no program writes it to a terminal as it is."""
+        programs = [path for path in SOURCES if inside(path, "app", "devices") and re.search(r"^int main\(", path.read_text(), re.MULTILINE)]
+        self.assertGreaterEqual(len(programs), 4)
+        for path in programs:
+            with self.subTest(file=path.relative_to(ROOT).as_posix()):
+                body = re.search(r"^int main\([^)]*\) \{\n(.*)\n", path.read_text(), re.MULTILINE)
+                self.assertEqual(body[1].strip(), "tactor::show_only_text();")
+
+    def test_escape_sequences_of_ours_are_drawn_on_a_terminal(self):
+        for path in SOURCES:
+            if inside(path, "tests", "bench") or not re.search(r"\\(x1b|033|e)\[", path.read_text()):
+                continue
+            with self.subTest(file=path.relative_to(ROOT).as_posix()):
+                self.assertIn(path.relative_to(ROOT).as_posix(), ("app/run/live_view.cpp", "app/machine/doctor.cpp"),
+                              "write it by draw_on_terminal, the rest as shown_text, and name the file here")
+
     def test_arrows_run_one_way(self):
         allowed = {
             "framework/core": ("framework/core",),

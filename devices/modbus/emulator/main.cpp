@@ -14,6 +14,7 @@
 #include "devices/hardware/profile_files.hpp"
 #include "devices/modbus/emulator/server.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/shown_text.hpp"
 #include "framework/yaml/file_finder.hpp"
 
 using namespace tactor;
@@ -169,6 +170,7 @@ int run(const std::vector<std::string>& words) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  tactor::show_only_text();
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, [](int) { asked_to_end = 1; });
   // In the background of a terminal it goes on serving, whatever is typed there, and may still say something.
   for (const int number : {SIGPIPE, SIGTTIN, SIGTTOU}) std::signal(number, SIG_IGN);

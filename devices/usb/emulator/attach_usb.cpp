@@ -18,6 +18,7 @@
 #include "devices/usb/emulator/known_devices.hpp"
 #include "devices/usb/emulator/usbip.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/shown_text.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 #include "framework/yaml/file_finder.hpp"
 
@@ -205,6 +206,7 @@ int run(int argc, char** argv) {
 }  // namespace tactor
 
 int main(int argc, char** argv) {
+  tactor::show_only_text();
   try {
     return tactor::run(argc, argv);
   } catch (const tactor::InputError& error) {

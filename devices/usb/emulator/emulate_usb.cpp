@@ -21,6 +21,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/installation.hpp"
+#include "framework/core/shown_text.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/yaml/file_finder.hpp"
 
@@ -240,6 +241,7 @@ int emulate(int argc, char** argv) {
 }  // namespace tactor
 
 int main(int argc, char** argv) {
+  tactor::show_only_text();
   try {
     return tactor::emulate(argc, argv);
   } catch (const tactor::InputError& error) {
