@@ -176,11 +176,18 @@ double SessionState::now() {
 
 namespace {
 
+/// A tap grows as messages come, so that only the count is bounded: its product with the size of a message has to fit.
+constexpr std::uint64_t most_in_tap = std::uint64_t{1} << 24U;
+
 /// A tap of Python's. It may outlive its session, of which it then has what came last.
 class PythonTap {
  public:
-  PythonTap(const std::shared_ptr<SessionState>& session, std::string output, std::size_t queue)
+  PythonTap(const std::shared_ptr<SessionState>& session, std::string output, std::uint64_t queue)
       : session_(session), output_(std::move(output)) {
+    if (queue > most_in_tap) {
+      throw InputError(
+          fmt::format("tap: expected a queue of at most {} messages, or none, found {}", most_in_tap, queue));
+    }
     session->use([&](Session& running) {
       if (session->is_finished()) throw RunError("tap: the session has finished");
       buffer_ = std::make_shared<TapBuffer>(type_of(running.plan(), find_output(running.plan(), output_)), queue);
@@ -349,7 +356,7 @@ void bind_session(py::module_& module) {
            })
       .def(
           "tap",
-          [](const std::shared_ptr<SessionState>& state, const std::string& output, std::size_t queue) {
+          [](const std::shared_ptr<SessionState>& state, const std::string& output, std::uint64_t queue) {
             return std::make_shared<PythonTap>(state, output, queue);
           },
           py::arg("output"), py::arg("queue") = 0)

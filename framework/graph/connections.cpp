@@ -4,14 +4,13 @@
 
 #include "framework/graph/format.hpp"
 #include "framework/graph/merge.hpp"
+#include "framework/graph/queue_bounds.hpp"
 #include "framework/graph/readers.hpp"
 #include "framework/graph/values.hpp"
 
 namespace tactor {
 
 namespace {
-
-constexpr std::int64_t max_queue = 65536;
 
 template <class Port>
 std::vector<std::string> names_of(const std::vector<Port>& ports) {
@@ -121,14 +120,14 @@ std::optional<Queue> read_queue(const Tree& tree, const std::string& path, Diagn
                                                              {"drop_newest", QueuePolicy::drop_newest},
                                                              {"block", QueuePolicy::block}};
     const auto found = policies.find(policy);
-    if (number.ec == std::errc{} && number.ptr == last && text[6] != '0' && capacity >= 1 && capacity <= max_queue &&
+    if (number.ec == std::errc{} && number.ptr == last && text[6] != '0' && capacity >= 1 && capacity <= most_queued &&
         found != policies.end()) {
       return Queue{found->second, static_cast<std::uint32_t>(capacity)};
     }
   }
   diagnostics.error(tree.place, path +
                                     ": expected latest or queue(n, drop_oldest|drop_newest|block) with n from 1 to " +
-                                    std::to_string(max_queue) + ", found " + describe(tree));
+                                    std::to_string(most_queued) + ", found " + describe(tree));
   return std::nullopt;
 }
 
@@ -225,6 +224,10 @@ std::vector<EdgeSpec> read_edges(const Tree& tree, const std::vector<NodeSpec>& 
     edge.to_node = to->node->name;
     edge.to_port = to->port;
     if (edge.queue_is_default) edge.queue = input->queue;
+    if (const std::string trouble = queue_trouble(edge.queue, *input->type); !trouble.empty()) {
+      diagnostics.error(item.place, path + ": " + trouble);
+      continue;
+    }
     edges.push_back(std::move(edge));
   }
   return edges;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
+#include "framework/graph/queue_bounds.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/yaml/diagnostics.hpp"
 
@@ -51,6 +52,7 @@ NodeSpec feed_node(const std::string& name, const MessageType& type, Registry& r
 void add_feed(GraphSpec& graph, std::string_view input, Registry& registry, std::optional<Queue> queue) {
   const std::string wanted(input);
   const InputInfo& target = find_input(graph, wanted);
+  if (queue) check_queue(*queue, *target.type, "the feed into " + wanted);
   NodeSpec node = feed_node(free_name(graph, wanted), *target.type, registry);
   const std::size_t dot = wanted.find('.');
   EdgeSpec edge;

@@ -16,7 +16,7 @@ NodeSpec feed_node(const std::string& name, const MessageType& type, Registry& r
 
 /// Puts a node source.feed before `input` (`device.target`), replacing the edge that fed it. The new edge takes over
 /// its queue, or the input's own if there was none. Session::feed(input) sends into it. Throws InputError if the graph
-/// has no such input.
+/// has no such input, or the queue is too large (queue_bounds.hpp).
 void add_feed(GraphSpec& graph, std::string_view input, Registry& registry, std::optional<Queue> queue = {});
 
 }  // namespace tactor

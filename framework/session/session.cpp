@@ -10,6 +10,7 @@
 #include "framework/engine/run_events.hpp"
 #include "framework/engine/setting_effects.hpp"
 #include "framework/engine/virtual_clock.hpp"
+#include "framework/graph/queue_bounds.hpp"
 #include "framework/node/set_request.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 #include "framework/yaml/diagnostics.hpp"
@@ -345,6 +346,7 @@ bool Session::is_live() const {
 
 std::unique_ptr<Session::OutputTap> Session::tap(std::string_view output, Queue queue) {
   const PlannedOutput at = find_output(plan(), output);
+  check_queue(queue, type_of(plan(), at), "the tap of " + std::string(output));
   auto made = std::make_unique<OutputTap>(*this, type_of(plan(), at), queue);
   if (run_->live) {
     run_->live->add_tap(at.node, at.output, made->tap_);

@@ -89,7 +89,8 @@ class Session {
   };
 
   /// The messages of an output (`coupling.force`) of any node of the plan, from now on; before the start or during the
-  /// run. Throws InputError if the plan has no such output, with the reason if its node was left out.
+  /// run. Throws InputError if the queue is too large, or the plan has no such output, with the reason if it left it
+  /// out.
   [[nodiscard]] std::unique_ptr<OutputTap> tap(std::string_view output, Queue queue = {QueuePolicy::drop_oldest, 1024});
 
   /// The StopEvent, after which devices ramp down and sinks get no more messages; live, and in a replay.

@@ -16,6 +16,8 @@ from ._graph import Graph, Overlay, Path, Time, Value, as_graph, text_of, warn
 from ._messages import Messages, MessageType, messages
 from ._run import Metrics
 
+_MOST_IN_TAP = 1 << 24  # as in the C++ session: more would be a slip of the pen
+
 
 class Tap:
     """The messages of one output. See `Session.tap`."""
@@ -139,11 +141,12 @@ class Session:
     def tap(self, output: str, queue: Optional[int] = None) -> Tap:
         """The messages of an output (`coupling.force`) from now on, before the start or while the run goes on.
 
-        Under the virtual clock none is lost. `queue`: how many may wait for `take`, of which the oldest goes; None: as
-        many as come. Live, they are fetched in `advance` and `take`; between these the session holds up to 2 MB.
+        Under the virtual clock none is lost. `queue`: how many may wait for `take`, at most 16777216, of which the
+        oldest goes; None: as many as come. Live, they are fetched in `advance` and `take`; between these the session
+        holds up to 2 MB.
         """
-        if queue is not None and queue < 1:
-            raise ValueError(f"queue: expected at least 1, found {queue}")
+        if queue is not None and not 1 <= queue <= _MOST_IN_TAP:
+            raise ValueError(f"queue: expected 1 to {_MOST_IN_TAP} messages, or None, found {queue}")
         return Tap(self._session.tap(output, queue or 0))
 
     def feed(self, name: str) -> Feed:

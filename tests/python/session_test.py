@@ -209,7 +209,11 @@ class Misuse(PackageTest):
                     self.assertTrue(self.refused(tactor.InputError, session.advance, time).startswith("advance: expected"))
             self.assertIn('did you mean "device.state"', self.refused(tactor.InputError, session.tap, "device.stat"))
             self.assertIn("source.feed", self.refused(tactor.InputError, session.feed, "device.target"))
-            self.refused(ValueError, session.tap, "device.state", queue=0)
+            for size in (0, -1, (1 << 24) + 1, 1 << 31, 1 << 32, (1 << 63) - 1, 1 << 63, (1 << 64) - 1, 1 << 64, 10**30):
+                self.refused(ValueError, session.tap, "device.state", queue=size)
+            # What the package hands on is refused there too: products of such sizes wrap.
+            for size in ((1 << 24) + 1, 1 << 58, 1 << 63, (1 << 64) - 1):
+                self.refused(tactor.InputError, session._session.tap, "device.state", size)
         self.assertIn("pace", self.refused(tactor.InputError, tactor.Session, WALL, pace=-1))
         self.assertIn("pace", self.refused(tactor.InputError, tactor.Session, WALL, pace=1e-9))
 
