@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -24,6 +25,7 @@ namespace tactor::modbus {
 namespace {
 
 constexpr int poll_ms = 5;
+constexpr std::size_t most_clients = 32;
 constexpr Duration move_period{500'000};
 constexpr int moves_a_log_line = 4;
 constexpr Duration accept_again{100'000'000};  // after an attempt that the system refused
@@ -286,11 +288,22 @@ void Emulator::accept_client() {
   const int file = accept4(listen_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
   if (file < 0) {
     // Out of descriptors, for one: whoever waits goes on waiting, which must not keep this thread busy.
-    if (errno != EAGAIN && errno != EINTR) accept_from_ = MonotonicClock::now() + accept_again;
+    if (errno == EAGAIN || errno == EINTR || errno == ECONNABORTED) return;
+    if (accept_from_.ns == 0) {
+      std::fprintf(stderr, "the emulator: cannot take a connection: %s; it tries again until it can\n",
+                   std::strerror(errno));
+    }
+    accept_from_ = MonotonicClock::now() + accept_again;
     return;
   }
   const int on = 1;
   setsockopt(file, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+  if (clients_.size() >= most_clients) {
+    // Whoever says nothing gives way: those that never said anything first, in the order in which they came.
+    drop(std::min_element(clients_.begin(), clients_.end(), [](const Client& a, const Client& b) {
+           return a.heard < b.heard;
+         })->file);
+  }
   clients_.push_back({file, {}, {}});
   ++connections_;
 }

@@ -98,6 +98,31 @@ BOOST_AUTO_TEST_CASE(half_a_request_holds_nobody_up) {
   close(slow);
 }
 
+BOOST_AUTO_TEST_CASE(clients_that_say_nothing_give_way_to_those_that_do) {
+  Emulator emulator(orca(), {});
+  emulator.start();
+  const auto talk = [](int client) {
+    const std::uint8_t request[] = {0, 1, 0, 0, 0, 6, 1, 3, 1, 0x98, 0, 1};
+    std::uint8_t answer[11] = {};
+    return send(client, request, sizeof request, MSG_NOSIGNAL) == sizeof request &&
+           recv(client, answer, sizeof answer, MSG_WAITALL) == sizeof answer;
+  };
+  const int talking = connected_to(emulator);
+  BOOST_REQUIRE(talk(talking));
+  std::vector<int> silent;
+  for (int i = 0; i < 200; ++i) {
+    silent.push_back(connected_to(emulator));
+    if (i % 20 == 19) BOOST_TEST(serves(emulator));
+  }
+  // The first of them were let go, and the one that talks was not.
+  char byte = 0;
+  BOOST_TEST(recv(silent.front(), &byte, 1, 0) <= 0);
+  BOOST_TEST((recv(silent.back(), &byte, 1, MSG_DONTWAIT) == -1 && (errno == EAGAIN || errno == EWOULDBLOCK)));
+  BOOST_TEST(talk(talking));
+  for (const int client : silent) close(client);
+  close(talking);
+}
+
 BOOST_AUTO_TEST_CASE(an_emulator_out_of_descriptors_waits_and_then_goes_on) {
   Emulator emulator(orca(), {});
   emulator.start();
