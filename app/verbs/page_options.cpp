@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <thread>
@@ -25,6 +26,17 @@ void open_in_browser(const std::string& url) {
   std::thread([child] { waitpid(child, nullptr, 0); }).detach();
 }
 
+/// Empty for an origin as browsers send it: a scheme, and a host with or without a port.
+std::string origin_trouble(const std::string& text) {
+  const std::size_t scheme = text.find("://");
+  const bool has_host = text == "file://" || (scheme != std::string::npos && text.size() > scheme + 3);
+  const bool is_origin = scheme != std::string::npos && scheme > 0 && has_host &&
+                         text.find_first_of("/?#*,", scheme + 3) == std::string::npos &&
+                         std::all_of(text.begin(), text.end(), [](char c) { return c > ' ' && c <= '~'; });
+  if (is_origin) return {};
+  return "expected an origin such as https://app.foxglove.dev or http://localhost:8080, found " + text;
+}
+
 }  // namespace
 
 void PageOptions::add_to(CLI::App& verb, CLI::Option* needed) {
@@ -38,8 +50,18 @@ void PageOptions::add_to(CLI::App& verb, CLI::Option* needed) {
           ->type_name(value_type::port)
           ->check(CLI::Range(0, 65535).description(""))
           ->each([this](const std::string& given) { ports.foxglove = static_cast<std::uint16_t>(std::stoi(given)); });
+  // The protocol has no password: who may read is decided by where a page comes from.
+  CLI::Option* allowed =
+      verb.add_option("--allow-origin", ports.allowed_origins,
+                      "Let pages of this origin read the stream for Foxglove, such as https://app.foxglove.dev; may be "
+                      "repeated")
+          ->type_name(value_type::origin)
+          ->allow_extra_args(false)
+          ->check(CLI::Validator(origin_trouble, ""))
+          ->needs(foxglove);
   if (needed == nullptr) return;
   at->needs(needed);
+  allowed->needs(needed);
   foxglove->needs(needed);
   closed->needs(needed);
 }

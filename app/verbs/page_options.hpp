@@ -12,7 +12,7 @@ class Option;
 
 namespace tactor {
 
-/// --port, --foxglove and --no-open.
+/// --port, --foxglove, --allow-origin and --no-open.
 struct PageOptions {
   ViewPorts ports;
   bool no_open = false;

@@ -5,6 +5,7 @@
 #include <thread>
 #include <utility>
 
+#include "app/output.hpp"
 #include "app/view/view_server.hpp"
 #include "framework/realtime/make_thread.hpp"
 
@@ -23,6 +24,7 @@ class ShowSource final : public ViewSource {
   // Each page plays the show by a clock of its own.
   void receive(ClientId, const ClientMessage&) override {}
   void release() override {}
+  void note(const std::string& text) override { tell_note(text); }
 
  private:
   Show show_;
@@ -34,7 +36,7 @@ void serve_show(Show show, std::uint16_t port, const std::function<void(const st
                 const std::function<bool()>& stop_asked) {
   constexpr std::chrono::milliseconds look_period{100};
   ShowSource source(std::move(show));
-  const std::unique_ptr<ViewServer> server = load_view_library().serve(source, {port, {}});
+  const std::unique_ptr<ViewServer> server = load_view_library().serve(source, {port, {}, {}});
   std::thread thread = make_thread("view", [&server] { server->run(); });
   opened(server->url());
   while (!stop_asked()) std::this_thread::sleep_for(look_period);

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/output.hpp"
 #include "devices/mouse/cursor.hpp"
 #include "framework/core/check.hpp"
 #include "framework/realtime/make_thread.hpp"
@@ -151,6 +152,10 @@ void SessionView::receive(ClientId client, const ClientMessage& message) {
 void SessionView::release() {
   const std::scoped_lock lock(mutex_);
   if (taking_ && cursor_) send_cursor(X_WC_, false);
+}
+
+void SessionView::note(const std::string& text) {
+  tell_note(text);
 }
 
 void SessionView::set(const Request& request) {

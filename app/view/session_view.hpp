@@ -63,6 +63,7 @@ class SessionView final : private ViewSource {
   std::string status() override;
   void receive(ClientId client, const ClientMessage& message) override;
   void release() override;
+  void note(const std::string& text) override;
 
   void send_cursor(const Pose& X_WC, bool held);
   void set(const Request& request);

@@ -27,7 +27,8 @@ struct ClientMessage {
   std::string parameter, value;  ///< of set
 };
 
-/// What is shown. The server calls it on its one thread. docs/reference/view_protocol.md tells the texts and bytes.
+/// What is shown. The server calls it on one thread, but for `note`. docs/reference/view_protocol.md tells the texts
+/// and bytes.
 class ViewSource {
  public:
   virtual ~ViewSource() = default;
@@ -45,6 +46,8 @@ class ViewSource {
   virtual void receive(ClientId client, const ClientMessage& message) = 0;
   /// The page in control has gone.
   virtual void release() = 0;
+  /// Something that the user is to know and that nothing stops for. Any thread.
+  virtual void note(const std::string& text) = 0;
 };
 
 /// A file that the server has to give.
@@ -58,6 +61,8 @@ struct ViewFile {
 struct ViewPorts {
   std::uint16_t page = 0;                 ///< 0: any that is free
   std::optional<std::uint16_t> foxglove;  ///< of the server for Foxglove, where there is to be one
+  /// Origins of pages that may read the stream for Foxglove: `https://app.foxglove.dev`.
+  std::vector<std::string> allowed_origins;
 };
 
 /// Serves one view.

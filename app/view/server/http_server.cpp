@@ -15,11 +15,13 @@
 #include <boost/beast/websocket.hpp>
 #include <chrono>
 #include <deque>
+#include <list>
 #include <map>
 
 #include "app/view/server/client_text.hpp"
 #include "app/view/server/foxglove_server.hpp"
 #include "app/view/server/frame_queue.hpp"
+#include "app/view/server/listener.hpp"
 #include "app/view/server/request_rules.hpp"
 #include "framework/core/check.hpp"
 
@@ -112,6 +114,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   Connection(const Connection&) = delete;
   Connection& operator=(const Connection&) = delete;
   void read();
+  void end();
 
  private:
   void answer(const http::request<http::empty_body>& request);
@@ -120,7 +123,11 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void refuse(http::status status, const std::string& why);
   void respond(http::response<http::string_body> response);
 
+  void move_to_back();
+
   Server& server_;
+  std::list<Connection*>::iterator place_;
+  bool ended_ = false;
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_{header_limit};
   std::optional<http::request_parser<http::empty_body>> parser_;
@@ -129,26 +136,17 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
 class Server final : public ViewServer {
  public:
-  Server(ViewSource& shown, const ViewPorts& ports) : source(shown) {
-    const tcp::endpoint at(asio::ip::address_v4::loopback(), ports.page);
-    error_code error;
-    acceptor_.open(at.protocol(), error);
-    if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
-    if (!error) acceptor_.bind(at, error);
-    if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
-    if (error) {
-      throw InputError("the view cannot listen on port " + std::to_string(ports.page) +
-                       " of 127.0.0.1: " + error.message() + "; choose another with --port");
-    }
-    url_ = "http://127.0.0.1:" + std::to_string(acceptor_.local_endpoint().port()) + "/#" + token;
-    if (ports.foxglove) foxglove_ = make_foxglove_server(io_, source, *ports.foxglove);
+  Server(ViewSource& shown, const ViewPorts& ports) : source(shown), listener_(io_, ports.page, "the view", "--port") {
+    url_ = "http://127.0.0.1:" + std::to_string(listener_.port()) + "/#" + token;
+    if (ports.foxglove) foxglove_ = make_foxglove_server(source, *ports.foxglove, ports.allowed_origins);
   }
 
   [[nodiscard]] std::string url() const override { return url_; }
   [[nodiscard]] std::string foxglove_url() const override { return foxglove_ ? foxglove_->url() : std::string(); }
 
   void run() override {
-    accept();
+    listener_.start([this](tcp::socket socket) { take_in(std::move(socket)); },
+                    [this](const std::string& note) { source.note(note); });
     if (foxglove_) foxglove_->start();
     tick();
     io_.run();
@@ -167,7 +165,7 @@ class Server final : public ViewServer {
 
   void stop() override {
     asio::post(io_, [this] {
-      acceptor_.close();
+      listener_.close();
       if (foxglove_) foxglove_->close();
       stop_by_ = std::chrono::steady_clock::now() + farewell;
     });
@@ -209,18 +207,16 @@ class Server final : public ViewServer {
 
   ViewSource& source;
   const std::string token = make_token();
-  std::size_t connections = 0;
+  /// Those that are no page, by the time at which they last began to wait for something.
+  std::list<Connection*> connections;
 
  private:
-  void accept() {
-    acceptor_.async_accept(io_, [this](error_code error, tcp::socket socket) {
-      if (!acceptor_.is_open()) return;
-      if (!error && connections < most_connections) {
-        socket.set_option(tcp::no_delay(true), error);
-        std::make_shared<Connection>(*this, std::move(socket))->read();
-      }
-      accept();
-    });
+  void take_in(tcp::socket socket) {
+    // Whoever says nothing, or takes nothing, gives way to whoever may have something to say.
+    if (connections.size() >= most_connections) connections.front()->end();
+    error_code ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    std::make_shared<Connection>(*this, std::move(socket))->read();
   }
 
   void tick() {
@@ -229,7 +225,7 @@ class Server final : public ViewServer {
       if (std::string chunk = source.collect(); !chunk.empty()) {
         const auto shared = std::make_shared<const std::string>(std::move(chunk));
         for (const auto& [id, page] : pages_) page->add(shared);
-        if (foxglove_) foxglove_->add(*shared);
+        if (foxglove_) foxglove_->add(shared);
       }
       if (now >= next_status_) {
         next_status_ = now + status_period;
@@ -247,7 +243,6 @@ class Server final : public ViewServer {
     idle = idle && !(foxglove_ && foxglove_->is_sending());
     if (stop_by_ && (idle || now > *stop_by_)) {
       for (const auto& [id, page] : pages) page->end();
-      if (foxglove_) foxglove_->stop();
       io_.stop();
       return;
     }
@@ -273,7 +268,7 @@ class Server final : public ViewServer {
 
   std::string url_;
   asio::io_context io_{1};
-  tcp::acceptor acceptor_{io_};
+  Listener listener_;
   asio::steady_timer timer_{io_};
   std::unique_ptr<FoxgloveServer> foxglove_;  // null: none
   std::map<ClientId, std::shared_ptr<Page>> pages_;
@@ -388,15 +383,26 @@ void Page::end() {
   server_.closed(id_, was_open);
 }
 
-Connection::Connection(Server& server, tcp::socket socket) : server_(server), stream_(std::move(socket)) {
-  ++server_.connections;
-}
+Connection::Connection(Server& server, tcp::socket socket)
+    : server_(server), place_(server.connections.insert(server.connections.end(), this)), stream_(std::move(socket)) {}
 
 Connection::~Connection() {
-  --server_.connections;
+  if (!ended_) server_.connections.erase(place_);
+}
+
+void Connection::move_to_back() {
+  if (!ended_) server_.connections.splice(server_.connections.end(), server_.connections, place_);
+}
+
+void Connection::end() {
+  if (ended_) return;
+  ended_ = true;
+  server_.connections.erase(place_);
+  stream_.close();
 }
 
 void Connection::read() {
+  move_to_back();
   parser_.emplace();
   parser_->header_limit(header_limit);
   stream_.expires_after(request_timeout);
@@ -482,6 +488,7 @@ void Connection::respond(http::response<http::string_body> response) {
   response_->set("Cross-Origin-Opener-Policy", "same-origin");
   response_->set("Cross-Origin-Resource-Policy", "same-origin");
   response_->prepare_payload();
+  move_to_back();
   stream_.expires_after(write_timeout);
   http::async_write(stream_, *response_, [self = shared_from_this()](error_code error, std::size_t) {
     if (error) return;
