@@ -2,8 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +12,7 @@
 #include <string_view>
 #include <thread>
 
+#include "app/interruption.hpp"
 #include "app/output.hpp"
 #include "framework/core/check.hpp"
 
@@ -68,20 +67,16 @@ std::string no_number_is_free(const fs::path& chosen) {
 }  // namespace
 
 FileLock::FileLock(const fs::path& file, const std::string& what) {
-  descriptor_ = open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666);
-  if (descriptor_ < 0) throw RunError(fmt::format("cannot write {}: {}", file.string(), std::strerror(errno)));
+  file_ = FileDescriptor(open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0666));
+  if (!file_) throw RunError(fmt::format("cannot write {}: {}", file.string(), std::strerror(errno)));
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-  while (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+  while (!lock_.take(file_.number(), file)) {
+    if (is_interrupted()) throw RunError("interrupted");
     if (std::chrono::steady_clock::now() > until) {
-      close(descriptor_);
-      throw InputError(what + " that no other program writes, found another tactor writing it");
+      throw InputError(what + " that no other program writes, found another tactor writing it" + lock_.holder());
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
   }
-}
-
-FileLock::~FileLock() {
-  close(descriptor_);
 }
 
 fs::path results_folder(const fs::path& chosen, const ResultsRequest& request) {

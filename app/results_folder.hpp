@@ -6,21 +6,22 @@
 #include <string>
 #include <vector>
 
+#include "framework/core/file_descriptor.hpp"
+#include "framework/core/write_lock.hpp"
+
 namespace tactor {
 
-/// A lock on a file beside what it protects, which the system lets go of where the process ends.
+/// A lock on a file beside what it protects; see WriteLock.
 class FileLock {
  public:
   /// Makes the file and waits a second at most for the lock, in which a process that was killed just now is gone.
   /// Throws InputError, with `what` and what was expected, where another process has it; RunError where the disk
-  /// refuses.
+  /// refuses, or somebody asks the command to end.
   FileLock(const std::filesystem::path& file, const std::string& what);
-  ~FileLock();
-  FileLock(const FileLock&) = delete;
-  FileLock& operator=(const FileLock&) = delete;
 
  private:
-  int descriptor_ = -1;
+  FileDescriptor file_;
+  WriteLock lock_;
 };
 
 /// What `--out` and `--overwrite` say.

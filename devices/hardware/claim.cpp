@@ -1,7 +1,6 @@
 #include "devices/hardware/claim.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -24,6 +23,7 @@
 #include <string_view>
 
 #include "devices/hardware/serial_ports.hpp"
+#include "framework/core/write_lock.hpp"
 
 namespace tactor {
 
@@ -161,7 +161,8 @@ bool PortLock::take(const std::string& path, std::string& why) {
     why = in_use_by(users_of(path));
     return false;
   }
-  if (flock(file_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) {
+  // A system without locks for ports has other means: who opens it afterwards is kept out by `exclude`.
+  if (ask_for_lock(file_, LockKind::whole) != LockAnswer::busy) {
     unsettle(file_);
     return true;
   }

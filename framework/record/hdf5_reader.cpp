@@ -11,6 +11,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/message_json.hpp"
+#include "framework/record/hdf5_file.hpp"
 #include "framework/record/hdf5_writer.hpp"
 
 namespace tactor {
@@ -127,14 +128,15 @@ Hdf5Reader::Hdf5Reader(fs::path path) : path_(std::move(path)) {
   if (input.is_missing) throw InputError("there is no recording " + path_.string());
   if (!input.file) throw InputError(path_.string() + ": " + input.error);
   if (H5Fis_hdf5(path_.c_str()) <= 0) {
+    if (is_being_written(path_)) refuse({});
     throw InputError(path_.string() +
                      " is not an HDF5 file (or its beginning is damaged); a recording of tactor is expected");
   }
-  file_ = Handle(H5Fopen(path_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  file_ = open_hdf5(path_, H5F_ACC_RDONLY, usual_access());
   if (!file_) {
     const std::string why = hdf5_error();
     if (marked_as_being_written(path_)) {
-      file_ = Handle(H5Fopen(path_.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, few_attempts().get()), H5Fclose);
+      file_ = open_hdf5(path_, H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, few_attempts());
     }
     if (!file_) refuse(why);
   }
@@ -142,6 +144,10 @@ Hdf5Reader::Hdf5Reader(fs::path path) : path_(std::move(path)) {
 }
 
 void Hdf5Reader::refuse(const std::string& why) const {
+  if (is_being_written(path_)) {
+    throw InputError("the recording " + path_.string() +
+                     " is being written by another program; read it when that one has ended");
+  }
   throw InputError("the recording " + path_.string() + " is damaged or incomplete: " + why);
 }
 
@@ -322,21 +328,20 @@ void repair_recording(const fs::path& path) {
   // Reading it first keeps this away from files that are no recordings.
   { const Hdf5Reader reader(path); }
   if (!marked_as_being_written(path)) return;
-  const int lock = lock_recording(path);
-  if (lock < 0)
-    throw InputError("cannot repair " + path.string() + ": it is not writable, or a run is still writing it");
+  const RecordingLock lock(path, false, "cannot repair " + path.string());
   // The property that HDF5's own h5clear sets.
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
   const hbool_t clear = true;
   const bool set = H5Pset(access.get(), "clear_status_flags", &clear) >= 0;
-  Handle file(set ? H5Fopen(path.c_str(), H5F_ACC_RDWR, access.get()) : -1, H5Fclose);
+  Handle file = set ? open_hdf5(path, H5F_ACC_RDWR, access) : Handle();
   const bool opened = static_cast<bool>(file);
   // A writer killed amid a flush leaves a length in the superblock that is older than the data, and closing cuts the
   // file to it.
   const bool repaired = opened && H5Fincrement_filesize(file.get(), 0) >= 0 && file.reset();
   const std::string why = repaired ? std::string() : hdf5_error();
-  ::close(lock);
-  if (!repaired) throw InputError("cannot repair " + path.string() + ": " + why);
+  if (repaired) return;
+  throw InputError("cannot repair " + path.string() + ": " +
+                   (hdf5_lock_of(path) == LockAnswer::busy ? "another program has it open; end that one first" : why));
 }
 
 }  // namespace tactor

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
-#include "framework/record/hdf5_handle.hpp"
+#include "framework/record/hdf5_file.hpp"
 
 namespace tactor {
 
@@ -53,7 +53,7 @@ void write_hdf5_table(const std::filesystem::path& path, const TableFile& table)
   const auto check = [&](bool good) {
     if (!good) throw RunError("cannot write " + path.string() + ": " + hdf5_error());
   };
-  Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
+  Handle file = create_hdf5(path, usual_access());
   check(static_cast<bool>(file));
   for (const auto& [name, value] : table.attributes) check(write_attribute(file.get(), name, value));
   for (const TableColumn& column : table.columns) check(write_column(file.get(), column));

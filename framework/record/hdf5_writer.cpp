@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -10,6 +9,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/message_json.hpp"
+#include "framework/record/hdf5_file.hpp"
 
 namespace tactor {
 
@@ -68,38 +68,33 @@ std::string stream_path(const std::string& stream) {
 
 }  // namespace
 
-int lock_recording(const fs::path& path) {
-  const int descriptor = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
-  if (descriptor < 0) return -1;
-  // HDF5's own lock is released in this mode. One byte far beyond the end, so that reading is not hindered.
-  struct flock lock {};
-  lock.l_type = F_WRLCK;
-  lock.l_whence = SEEK_SET;
-  lock.l_start = off_t{1} << 61;
-  lock.l_len = 1;
-  if (::fcntl(descriptor, F_OFD_SETLK, &lock) == 0) return descriptor;
-  ::close(descriptor);
-  return -1;
+RecordingLock::RecordingLock(const fs::path& path, bool make, const std::string& doing)
+    : file_(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC | (make ? O_CREAT : 0), 0666)) {
+  if (!file_) {
+    throw InputError(doing + ": " + std::strerror(errno) + "; give a file in a folder that exists and can be written");
+  }
+  // HDF5's own lock is released in the mode with readers beside the writer.
+  if (!lock_.take(file_.number(), path, LockKind::beside)) {
+    throw InputError(doing + ": another run is writing it" + lock_.holder());
+  }
 }
 
-Hdf5Recorder::Hdf5Recorder(fs::path path, RecordingHeader header) : path_(std::move(path)), header_(std::move(header)) {
+bool is_being_written(const fs::path& path) {
+  if (hdf5_lock_of(path) == LockAnswer::busy) return true;
+  const FileDescriptor file(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
+  WriteLock lock;
+  return file && !lock.take(file.number(), path, LockKind::beside);
+}
+
+Hdf5Recorder::Hdf5Recorder(fs::path path, RecordingHeader header)
+    : path_(std::move(path)), header_(std::move(header)), lock_(path_, true, "cannot record to " + path_.string()) {
   silence_hdf5();
-  if (fs::is_directory(path_)) throw InputError("cannot record to " + path_.string() + ": it is a folder");
-  if (fs::exists(path_)) {
-    lock_ = lock_recording(path_);
-    if (lock_ < 0) {
-      throw InputError("cannot record to " + path_.string() + ": it is not writable, or another run is writing it");
-    }
-    ::close(std::exchange(lock_, -1));
-  }
-  const Handle access = file_access();
   // Created at once, so that a path that cannot be written is found before the run starts.
-  file_ = Handle(H5Fcreate(path_.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access.get()), H5Fclose);
-  if (!file_) {
-    throw InputError("cannot record to " + path_.string() + ": " + hdf5_error() +
-                     "; give a path in a folder that exists and can be written");
-  }
-  lock_ = lock_recording(path_);
+  file_ = create_hdf5(path_, file_access());
+  if (file_) return;
+  const std::string why = hdf5_error();
+  throw InputError("cannot record to " + path_.string() + ": " +
+                   (hdf5_lock_of(path_) == LockAnswer::busy ? "another program has it open; end that one first" : why));
 }
 
 Hdf5Recorder::~Hdf5Recorder() {
@@ -111,8 +106,6 @@ Hdf5Recorder::~Hdf5Recorder() {
     }
   }
   streams_.clear();
-  file_.reset();
-  if (lock_ >= 0) ::close(lock_);
 }
 
 void Hdf5Recorder::fail(const char* doing) const {
@@ -182,10 +175,9 @@ Handle Hdf5Recorder::make_data(hid_t file, const Rows& rows, bool final) const {
 }
 
 Handle Hdf5Recorder::make_file(const fs::path& path, bool final) const {
-  const Handle access = file_access();
   const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
-  Handle file(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose);
+  Handle file = create_hdf5(path, file_access(), creation.get());
   if (!file) fail("writing");
   const Handle group_creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
   H5Pset_obj_track_times(group_creation.get(), false);
@@ -217,7 +209,7 @@ void Hdf5Recorder::start() {
 void Hdf5Recorder::reserve(std::uint64_t more) {
   const std::uint64_t bytes = unflushed_ + more;
   hsize_t size = 0;
-  if (lock_ < 0 || H5Fget_filesize(file_.get(), &size) < 0) return;
+  if (H5Fget_filesize(file_.get(), &size) < 0) return;
   int error = 0;
   rlimit limit{};
   if (getrlimit(RLIMIT_FSIZE, &limit) == 0 && size + bytes > limit.rlim_cur) {
@@ -225,7 +217,7 @@ void Hdf5Recorder::reserve(std::uint64_t more) {
   } else {
     do {
       const auto begin = static_cast<off_t>(size);
-      error = ::fallocate(lock_, FALLOC_FL_KEEP_SIZE, begin, static_cast<off_t>(bytes)) == 0 ? 0 : errno;
+      error = ::fallocate(lock_.file(), FALLOC_FL_KEEP_SIZE, begin, static_cast<off_t>(bytes)) == 0 ? 0 : errno;
     } while (error == EINTR);
   }
   // Any other answer is of a file system that cannot reserve; there a full disk is found out in the middle of writing.
@@ -317,7 +309,7 @@ void Hdf5Recorder::copy_rows(hid_t from, hid_t to, Rows& rows) const {
 }
 
 void Hdf5Recorder::rewrite_compressed(const fs::path& to) {
-  const Handle from(H5Fopen(path_.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  const Handle from = open_hdf5(path_, H5F_ACC_RDONLY, usual_access());
   if (!from) fail("reading back");
   Handle file = make_file(to, true);
   for (Stream& stream : streams_) {

@@ -2,12 +2,33 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
+#include <string>
 
+#include "framework/core/file_descriptor.hpp"
+#include "framework/core/write_lock.hpp"
 #include "framework/record/hdf5_layout.hpp"
 #include "framework/record/packed_layout.hpp"
 #include "framework/record/recorder.hpp"
 
 namespace tactor {
+
+/// The lock that a running recorder holds on its file.
+class RecordingLock {
+ public:
+  /// Opens the file, which has to be there unless `make`, and takes its lock. Throws InputError, with `doing` before
+  /// the reason, where it cannot be written or another program writes it.
+  RecordingLock(const std::filesystem::path& path, bool make, const std::string& doing);
+  /// The open file.
+  [[nodiscard]] int file() const { return file_.number(); }
+
+ private:
+  FileDescriptor file_;
+  WriteLock lock_;
+};
+
+/// Whether another program writes the file now, in any way.
+bool is_being_written(const std::filesystem::path& path);
 
 /// The recorder of `RecordLibrary::create`.
 ///
@@ -65,14 +86,11 @@ class Hdf5Recorder final : public Recorder {
   std::filesystem::path path_;
   RecordingHeader header_;
   std::vector<Stream> streams_;
+  RecordingLock lock_;
   Handle file_;
-  int lock_ = -1;
   std::uint64_t unflushed_ = 0;  // bytes that the next flush may write, at most
   State state_ = State::declaring;
   std::chrono::steady_clock::time_point flushed_;
 };
-
-/// Takes the lock that a running recorder holds on its file; the descriptor, or -1 where another process holds it.
-int lock_recording(const std::filesystem::path& path);
 
 }  // namespace tactor

@@ -1,7 +1,6 @@
 #include "nodes/experiment/table.hpp"
 
 #include <fcntl.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -100,8 +99,8 @@ void TrialTable::open(int flags) {
                                         "another code begins one");
   }
   if (!file_) throw ValueError("folder", path_.string() + " cannot be written: " + last_error());
-  if (::flock(file_.number(), LOCK_EX | LOCK_NB) != 0) {
-    throw ValueError("participant", path_.string() + " is being written by another run");
+  if (!lock_.take(file_.number(), path_)) {
+    throw ValueError("participant", path_.string() + " is being written by another run" + lock_.holder());
   }
   // A row is on the disk only where the disk also knows the file. Rows change nothing in the folder.
   keep_folder(path_.parent_path().empty() ? "." : path_.parent_path());

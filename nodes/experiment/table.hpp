@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "framework/core/file_descriptor.hpp"
+#include "framework/core/write_lock.hpp"
 #include "nodes/experiment/design.hpp"
 #include "nodes/experiment/messages.hpp"
 
@@ -53,6 +54,7 @@ class TrialTable {
   std::filesystem::path path_;
   TableOwner owner_;
   FileDescriptor file_;
+  WriteLock lock_;
   std::vector<ExperimentRow> rows_;
 };
 

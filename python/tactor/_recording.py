@@ -1,6 +1,7 @@
 """Recordings, read lazily by h5py."""
 from __future__ import annotations
 
+import errno
 import os
 from types import TracebackType
 from typing import Any, Dict, Iterator, Mapping, Optional, Type, Union
@@ -56,6 +57,29 @@ class Stream:
         return f"<tactor.Stream {self.name}: {len(self)} messages of {self.type.name}>"
 
 
+def _open(h5py: Any, path: str) -> Any:
+    try:
+        return h5py.File(path, "r")
+    except BlockingIOError:
+        raise
+    except OSError as error:
+        # A file system of a cluster may have no locks, and HDF5 opens nothing there unless told to do without.
+        if error.errno in (errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL):
+            return h5py.File(path, "r", locking=False)
+        raise
+
+
+def _is_marked_as_being_written(path: str) -> bool:
+    """Whether the superblock says that a writer has the file in the mode that allows readers beside it."""
+    flags_at, writing_beside_readers = 11, 0x05
+    try:
+        with open(path, "rb") as file:
+            head = file.read(flags_at + 1)
+    except OSError:
+        return False
+    return len(head) > flags_at and head[flags_at] & writing_beside_readers == writing_beside_readers
+
+
 class Recording(Mapping[str, Stream]):
     """A recording: streams by name, as a mapping; nothing is read before it is asked for.
 
@@ -70,8 +94,13 @@ class Recording(Mapping[str, Stream]):
         h5py = needed("h5py", "python3-h5py", "to read recordings")
         self.path: str = os.fspath(path)
         try:
-            self._file: Any = h5py.File(self.path, "r")
+            self._file: Any = _open(h5py, self.path)
+        except BlockingIOError as error:
+            raise InputError(f"{self.path} is being written by another program; read it when that one has ended") from error
         except OSError as error:
+            if _is_marked_as_being_written(self.path):
+                raise InputError(f"{self.path} is being written by a run, or that run was killed; then `tactor repair` "
+                                 "lets it be read") from error
             raise InputError(f"{self.path}: cannot be read as a recording: {error}") from error
         if "tactor_recording" not in self._file.attrs:
             self._file.close()

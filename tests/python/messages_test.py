@@ -2,6 +2,8 @@
 import os
 import pathlib
 import pickle
+import subprocess
+import sys
 import unittest
 
 import numpy
@@ -65,6 +67,13 @@ class Recordings(PackageTest):
         self.refused(tactor.InputError, tactor.Recording, self.write("text.h5", "not HDF5"))
         h5py.File(self.folder / "other.h5", "w").close()
         self.assertIn("another HDF5 file", self.refused(tactor.InputError, tactor.Recording, self.folder / "other.h5"))
+        holder = "import h5py, sys; file = h5py.File(sys.argv[1], 'r+'); print('open', flush=True); sys.stdin.read()"
+        with subprocess.Popen([sys.executable, "-c", holder, self.folder / "other.h5"], stdin=subprocess.PIPE,
+                              stdout=subprocess.PIPE) as writer:
+            self.assertEqual(writer.stdout.readline(), b"open\n")
+            self.assertIn("is being written by another program",
+                          self.refused(tactor.InputError, tactor.Recording, self.folder / "other.h5"))
+            writer.stdin.close()
 
     @unittest.skipUnless((BUILD / "tests/nodes/libtactor_scan.so").exists(), "the library of scans is not built")
     def test_a_type_with_everything_is_the_same_from_tap_recording_and_feed(self):

@@ -1,8 +1,10 @@
 #include "app/study/table/run_table.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <sqlite3.h>
 
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -10,9 +12,13 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <set>
+#include <thread>
 
+#include "app/interruption.hpp"
 #include "app/results_folder.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/file_descriptor.hpp"
+#include "framework/core/write_lock.hpp"
 
 namespace tactor {
 
@@ -145,6 +151,16 @@ struct RunTable::Database {
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
 
+  [[nodiscard]] LockAnswer region_lock() const {
+    const FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+    return file ? ask_for_lock(file.number(), LockKind::of_region) : LockAnswer::taken;
+  }
+  static int wait_for_reader(void* /*nothing*/, int tries) {
+    constexpr int most_tries = 500;
+    if (tries >= most_tries || is_interrupted()) return 0;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    return 1;
+  }
   void take_lock() { lock.emplace(path.string() + ".lock", path.string() + ": expected a table"); }
   void execute(const char* sql) const {
     const int code = sqlite3_exec(db, sql, nullptr, nullptr, nullptr);
@@ -159,10 +175,15 @@ struct RunTable::Database {
     }
   }
   void open_file() {
-    if (sqlite3_open(path.c_str(), &db) != SQLITE_OK) {
+    // Where the file system has no locks, SQLite could open nothing. `lock` keeps other writers away there too.
+    const bool has_locks = region_lock() != LockAnswer::none;
+    constexpr int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+    if (sqlite3_open_v2(path.c_str(), &db, flags, has_locks ? nullptr : "unix-none") != SQLITE_OK) {
       throw RunError(fmt::format("cannot open {}: {}", path.string(), sqlite3_errmsg(db)));
     }
-    sqlite3_busy_timeout(db, 10'000);  // readers may look at any time
+    // Readers may look at any time, and a command that is to end does not wait for them.
+    sqlite3_busy_handler(db, wait_for_reader, nullptr);
+    if (!has_locks) execute("PRAGMA locking_mode=EXCLUSIVE;");  // WAL without it needs memory that is shared by locks
     execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
   }
 

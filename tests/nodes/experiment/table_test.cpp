@@ -1,11 +1,13 @@
 // The table of a participant: what it holds, what it refuses, and what a crash leaves of it.
 #include <algorithm>
 #include <boost/test/unit_test.hpp>
+#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <iterator>
 #include <limits>
 
+#include <sys/file.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -56,6 +58,9 @@ std::string text_of_file(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+/// What every lock of this process answers; 0: what the system says.
+int lock_error = 0;
+
 bool names_participant(const ValueError& error) {
   return error.path() == "participant";
 }
@@ -71,6 +76,11 @@ extern "C" int fsync(int file) {
 extern "C" int fdatasync(int file) {
   note_kept(file);
   return static_cast<int>(::syscall(SYS_fdatasync, file));
+}
+
+extern "C" int flock(int file, int operation) noexcept {
+  errno = lock_error;
+  return lock_error != 0 ? -1 : static_cast<int>(::syscall(SYS_flock, file, operation));
 }
 
 BOOST_AUTO_TEST_CASE(the_disk_keeps_the_folders_of_a_table_before_its_first_row_and_then_each_row) {
@@ -140,6 +150,23 @@ BOOST_AUTO_TEST_CASE(one_run_at_a_time_writes_a_table) {
   const std::filesystem::path file = folder.path() / "P01.csv";
   const TrialTable first = TrialTable::begin(file, owner_of());
   BOOST_CHECK_THROW(TrialTable::resume(file, owner_of()), ValueError);
+}
+
+BOOST_AUTO_TEST_CASE(one_run_at_a_time_writes_a_table_where_the_file_system_has_no_locks) {
+  for (const int error : {ENOSYS, ENOLCK, EOPNOTSUPP, EINVAL}) {
+    lock_error = error;
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder.path() / "P01.csv";
+    {
+      TrialTable first = TrialTable::begin(file, owner_of());
+      first.add(row_number(1));
+      BOOST_CHECK_EXCEPTION(TrialTable::resume(file, owner_of()), ValueError, names_participant);
+      first.add(row_number(2));
+    }
+    BOOST_TEST(TrialTable::resume(file, owner_of()).rows().size() == 2U);
+    BOOST_TEST(std::distance(std::filesystem::directory_iterator(folder.path()), {}) == 1);
+  }
+  lock_error = 0;
 }
 
 BOOST_AUTO_TEST_CASE(a_row_that_was_cut_off_is_taken_away_and_the_others_stay) {
