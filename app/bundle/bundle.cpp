@@ -13,6 +13,7 @@
 #include "app/output.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
+#include "app/shell_word.hpp"
 #include "app/study/prepare_study.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/installation.hpp"
@@ -34,11 +35,16 @@ constexpr std::array<std::string_view, 3> of_live_runs{"libtactor_live.so", "lib
 std::string command_text(const std::string& libraries) {
   return "#!/bin/sh\n"
          "# Tactor with the libraries beside it.\n"
-         "here=$(cd \"$(dirname \"$0\")\" && pwd) || exit 1\n"
+         "here=$(CDPATH= cd -- \"$(dirname -- \"$0\")\" && pwd) || exit 1\n"
+         "case $here in\n"
+         "  *[:;]*) echo \"$here: expected a folder without : and ;, which end a name in lists of folders; move it\" "
+         ">&2; exit 2 ;;\n"
+         "esac\n"
+         "libraries=" +
+         shell_word(libraries, "the folder of the libraries") +
+         "\n"
          "TACTOR_OUTER_LD_LIBRARY_PATH=${LD_LIBRARY_PATH-}\n"
-         "LD_LIBRARY_PATH=$here/" +
-         libraries +
-         ":$here/system_lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}\n"
+         "LD_LIBRARY_PATH=$here/$libraries:$here/system_lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}\n"
          "export LD_LIBRARY_PATH TACTOR_OUTER_LD_LIBRARY_PATH\n"
          "exec \"$here/bin/tactor\" \"$@\"\n";
 }
@@ -197,6 +203,7 @@ fs::path checked_copy(const Stage& stage, const fs::path& study, const std::set<
 
 void write_bundle(const BundleRequest& request) {
   std::error_code ignored;
+  refuse_control_characters(request.out.string(), "--out");
   const std::string ending = ".tar.gz";
   const std::string file = request.out.filename().string();
   if (!file.ends_with(ending) || file.size() == ending.size()) {
@@ -223,11 +230,11 @@ void write_bundle(const BundleRequest& request) {
   // The same bytes for the same files, whenever and by whomever it is made.
   static_cast<void>(output_of({"tar", "--create", "--gzip", "--file", fs::absolute(request.out).string(), "--directory",
                                stage.folder().parent_path().string(), "--sort=name", "--mtime=@0", "--owner=0",
-                               "--group=0", "--numeric-owner", name}));
+                               "--group=0", "--numeric-owner", "--", name}));
   fmt::print("{}: {:.0f} MB; on the other machine:\n  tar xf {} && cd {}\n", request.out.string(),
-             static_cast<double>(fs::file_size(request.out)) / 1e6, file, name);
+             static_cast<double>(fs::file_size(request.out)) / 1e6, as_typed(file), as_typed(name));
   for (const fs::path& copy : copies)
-    fmt::print("  ./tactor study {} --cluster slurm --partition NAME\n", copy.string());
+    fmt::print("  ./tactor study {} --cluster slurm --partition NAME\n", as_typed(copy.string()));
 }
 
 }  // namespace tactor

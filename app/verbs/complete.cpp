@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "app/shell_word.hpp"
 #include "app/verbs/named_graphs.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verb_info.hpp"
@@ -143,7 +144,10 @@ Candidates candidates(const VerbInfo& command, const std::vector<std::string>& w
 }
 
 void print(const Candidates& found) {
-  for (const Candidates::Word& word : found.words) fmt::print("{}\t{}\n", word.text, word.meaning);
+  for (const Candidates::Word& word : found.words) {
+    // The shells read a line each: of a file's name with a line break they would offer the halves.
+    if (!has_control_characters(word.text)) fmt::print("{}\t{}\n", word.text, word.meaning);
+  }
   if (found.files) fmt::print(":files\n");
   if (found.folders) fmt::print(":folders\n");
 }

@@ -3,16 +3,12 @@
 
 #include <CLI/CLI.hpp>
 
-#include <array>
-#include <cstdio>
-
-#include "app/output.hpp"
+#include "app/command_output.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
-#include "framework/core/temporary_folder.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
 
@@ -26,18 +22,10 @@ struct GraphArguments {
   std::string format = "mermaid";
 };
 
-/// Standard output of `command FILE`, the file holding `input`.
-std::string filter(const std::string& command, const std::string& input) {
-  const TemporaryFolder folder;
-  const std::filesystem::path file = folder.path() / "input";
-  write_file(file, input);
-  FILE* pipe = popen((command + " '" + file.string() + "'").c_str(), "r");
-  if (pipe == nullptr) throw RunError("cannot start " + command);
-  std::string out;
-  std::array<char, 4096> buffer{};
-  for (std::size_t n = 0; (n = std::fread(buffer.data(), 1, buffer.size(), pipe)) > 0;) out.append(buffer.data(), n);
-  if (pclose(pipe) != 0) throw RunError(command + " failed (Debian package graphviz)");
-  return out;
+std::string svg_of(const std::string& dot) {
+  const CommandResult result = run_command({.words = {"dot", "-Tsvg"}, .input = dot});
+  if (result.is_good()) return result.out;
+  throw RunError(fmt::format("dot {} (Debian package graphviz)", failure_of(result)));
 }
 
 int draw_graph(const GraphArguments& arguments) {
@@ -45,7 +33,7 @@ int draw_graph(const GraphArguments& arguments) {
   const Plan plan = make_plan(load(arguments.graph, registry, arguments.options));
   if (arguments.format == "mermaid") fmt::print("{}", to_diagram(plan, DiagramFormat::mermaid));
   if (arguments.format == "dot") fmt::print("{}", to_diagram(plan, DiagramFormat::dot));
-  if (arguments.format == "svg") fmt::print("{}", filter("dot -Tsvg", to_diagram(plan, DiagramFormat::dot)));
+  if (arguments.format == "svg") fmt::print("{}", svg_of(to_diagram(plan, DiagramFormat::dot)));
   return 0;
 }
 

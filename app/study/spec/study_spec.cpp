@@ -8,6 +8,7 @@
 #include <set>
 #include <string_view>
 
+#include "app/shell_word.hpp"
 #include "app/study/spec/study_baseline.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/text.hpp"
@@ -145,9 +146,17 @@ class StudyReader {
     }
   }
 
+  /// Names go into scripts, charts and the lines of tables.
+  void name_in_one_line(const std::string& name, const SourceLocation& place, const std::string& key) {
+    if (!has_control_characters(name)) return;
+    diagnostics_.error(place,
+                       key + ": expected a name without control characters, found " + with_visible_controls(name));
+  }
+
   // Rows of the table are told apart by it.
   void name_once(std::set<std::string>& names, const std::string& name, const SourceLocation& place,
                  const std::string& key, const std::string& what) {
+    name_in_one_line(name, place, key);
     if (!names.insert(name).second) {
       diagnostics_.error(place, key + ": expected " + what + " of different names, found " + name + " again");
     }
@@ -216,6 +225,7 @@ class StudyReader {
       StudyAxis axis;
       if (entry.value.is_map() && entry.value.find("swap") != nullptr) {
         axis.name = entry.key;
+        name_in_one_line(entry.key, entry.place, "vary");
         if (std::find(study_columns.begin(), study_columns.end(), entry.key) != study_columns.end()) {
           diagnostics_.error(entry.value.place, path + ": expected a name of your own for the swap; `" + entry.key +
                                                     "` is a column of every table of a study");
@@ -261,6 +271,7 @@ class StudyReader {
       return;
     }
     for (const TreeEntry& entry : swaps.entries) {
+      name_in_one_line(entry.key, entry.place, path + ".swap");
       const std::optional<Overlay> overlay = read_overlay(entry.key, entry.value, path + ".swap." + entry.key);
       if (overlay) axis.values.push_back({entry.key, overlay->patch, entry.place});
     }
@@ -537,6 +548,10 @@ Tree shortened(const Tree& tree) {
 StudySpec read_study(const fs::path& file, const Tree& tree, Diagnostics& diagnostics) {
   StudySpec study;
   study.name = file.stem().string();
+  if (has_control_characters(study.name)) {
+    diagnostics.error({with_visible_controls(file.string()), 0, 0},
+                      "expected a name of the file without control characters, since it names the study; rename it");
+  }
   study.file = fs::absolute(file).lexically_normal();
   StudyReader(file, diagnostics).read(tree, study);
   return study;
