@@ -2,37 +2,39 @@
 
 #include <fmt/format.h>
 
-#include <sys/wait.h>
 #include <algorithm>
-
 #include <array>
+#include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <string_view>
 
+#include "app/command_output.hpp"
+#include "app/output.hpp"
 #include "app/report/html_page.hpp"
 #include "framework/core/check.hpp"
-#include "framework/core/temporary_folder.hpp"
+#include "framework/core/text.hpp"
 
 namespace tactor {
 
-namespace fs = std::filesystem;
-
 namespace {
 
+/// A text of gnuplot's, which runs nothing of what is in it. It has to be on one line.
 std::string quoted(const std::string& text) {
   std::string out = "'";
   for (const char c : text) {
     if (c == '\'') out += '\'';
-    out += c == '\n' ? ' ' : c;
+    out += static_cast<unsigned char>(c) < ' ' || c == '\x7f' ? ' ' : c;
   }
   return out + "'";
 }
+
+constexpr std::chrono::seconds longest_drawing{30};  // a chart takes a tenth of a second
+constexpr std::size_t most_picture_bytes = std::size_t{256} << 20U;
+/// What a line of gnuplot's standard error begins with that is for us.
+constexpr std::string_view frame_mark = "frame ";
 
 enum class Format { svg, png };
 
@@ -74,52 +76,95 @@ std::string curve_style(const Curve& curve) {
 /// What gnuplot makes of a script.
 struct Picture {
   std::string bytes;
-  std::string printed;      ///< by `print`
-  bool is_missing = false;  ///< there is no gnuplot here
+  std::string frames;     ///< where the charts are, see print_frame
+  bool is_drawn = false;  ///< else the bytes say why there is none
 };
 
-/// What stands in a page where a chart would. A node of a cluster may have no gnuplot, and the tables count more.
-std::string no_chart(int width) {
+/// What stands in a page where a chart would: the tables count more.
+std::string no_chart(int width, const std::string& why) {
   return fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{}\" height=\"40\"><text x=\"8\" y=\"25\" "
-      "font-family=\"sans-serif\" font-size=\"14\">No chart: gnuplot is not installed where this was written "
-      "(Debian package gnuplot-nox).</text></svg>",
-      width);
+      "font-family=\"sans-serif\" font-size=\"14\">No chart: {}.</text></svg>",
+      width, escape(why));
 }
 
-/// Runs the script behind its first lines.
+/// As text that a page and a terminal can show, and no longer than a line.
+std::string one_line(const std::string& text) {
+  constexpr std::size_t longest = 200;
+  std::string line(trimmed(text).substr(0, longest));
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return c < ' ' || c > '~'; }, ' ');
+  return line;
+}
+
+/// The few variables that gnuplot needs: what it draws must not depend on the settings of who calls.
+std::vector<std::string> environment_of_gnuplot() {
+  constexpr std::array<std::string_view, 3> handed_on{"PATH=", "HOME=", "LD_LIBRARY_PATH="};
+  std::vector<std::string> entries = environment_for_others();
+  std::erase_if(entries, [&](const std::string& entry) {
+    return std::none_of(handed_on.begin(), handed_on.end(), [&](auto name) { return entry.starts_with(name); });
+  });
+  entries.emplace_back("LC_ALL=C.UTF-8");
+  return entries;
+}
+
+bool is_whole_picture(const std::string& bytes, Format format) {
+  using namespace std::string_view_literals;
+  if (format == Format::svg) return bytes.find("<svg") != std::string::npos && trimmed(bytes).ends_with("</svg>");
+  return bytes.starts_with("\x89PNG\r\n"sv) && bytes.ends_with("IEND\xae\x42\x60\x82"sv);
+}
+
+/// Why there is no picture; empty where there is one.
+std::string why_none(const CommandResult& result, Format format) {
+  switch (result.end) {
+    case CommandEnd::exited:
+      if (result.code != 0) return "gnuplot could not draw it: " + one_line(result.err);
+      return is_whole_picture(result.out, format) ? "" : "what gnuplot has drawn is not whole: " + one_line(result.err);
+    case CommandEnd::not_there:
+      return "gnuplot is not installed where this was written (Debian package gnuplot-nox)";
+    case CommandEnd::too_slow:
+      return fmt::format("gnuplot took longer than {} s and was ended", longest_drawing.count());
+    case CommandEnd::killed:
+    case CommandEnd::not_started:
+    case CommandEnd::too_much:
+    case CommandEnd::interrupted:
+      return "gnuplot " + one_line(failure_of(result));
+  }
+  TACTOR_DEMAND(false);
+}
+
+/// Runs the script behind its first lines. A report without its charts is better than none, so that whatever keeps
+/// gnuplot from drawing them is a note.
 Picture gnuplot(const std::string& script_text, Format format, int width, int height) {
-  const TemporaryFolder folder;
-  const fs::path script_file = folder.path() / "chart.gp";
-  const fs::path picture_file = folder.path() / "picture";
-  const fs::path print_file = folder.path() / "printed";
-  {
-    std::ofstream script(script_file);
-    script << terminal(format, width, height) << "set output " << quoted(picture_file.string()) << "\nset print "
-           << quoted(print_file.string()) << "\n"
-           << style << script_text;
-    if (!script.flush()) throw RunError("cannot write " + script_file.string());
+  static const auto note = once(tell_note);
+  static std::string too_slow;  // each chart would wait for it again
+  std::string why = too_slow;
+  CommandResult result;
+  if (why.empty()) {
+    try {
+      result = run_command({.words = {"gnuplot", "--default-settings"},
+                            .input = terminal(format, width, height) + style + script_text,
+                            .environment = environment_of_gnuplot(),
+                            .longest = longest_drawing,
+                            .most_bytes = most_picture_bytes});
+      why = why_none(result, format);
+      if (result.end == CommandEnd::too_slow) too_slow = why;
+    } catch (const RunError& error) {
+      why = "gnuplot cannot be started: " + one_line(error.what());
+    }
   }
-  const std::string command = "gnuplot '" + script_file.string() + "' 2>&1";
-  std::string said;
-  FILE* pipe = popen(command.c_str(), "r");
-  if (pipe == nullptr) throw RunError("cannot start gnuplot");
-  std::array<char, 512> buffer{};
-  while (std::fgets(buffer.data(), buffer.size(), pipe) != nullptr) said += buffer.data();
-  const int status = pclose(pipe);
-  constexpr int not_found = 127;  // by the shell
-  if (WIFEXITED(status) && WEXITSTATUS(status) == not_found) {
-    return {format == Format::svg ? no_chart(width) : std::string(), {}, true};
+  if (!why.empty()) {
+    note("no chart: " + why);
+    return {format == Format::svg ? no_chart(width, why) : std::string(), {}, false};
   }
-  std::ifstream picture(picture_file, std::ios::binary);
-  if (status != 0 || !picture) {
-    throw RunError("gnuplot could not draw the report's charts (Debian package gnuplot-nox): " + said);
-  }
-  std::string bytes(std::istreambuf_iterator<char>(picture), {});
   // Only the element itself goes into a page.
-  if (format == Format::svg) bytes.erase(0, bytes.find("<svg"));
-  std::ifstream printed(print_file);
-  return {std::move(bytes), std::string(std::istreambuf_iterator<char>(printed), {})};
+  if (format == Format::svg) result.out.erase(0, result.out.find("<svg"));
+  Picture picture{std::move(result.out), {}, true};
+  std::istringstream lines(result.err);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with(frame_mark)) picture.frames += line.substr(frame_mark.size()) + "\n";
+  }
+  return picture;
 }
 
 /// Where a logarithmic axis from low to high has tics: at powers of ten, at 1, 2 and 5, or where it is short at equal
@@ -214,7 +259,7 @@ std::string ranges(const Chart& chart, bool& drawn) {
 
 /// Prints the frame of the chart just drawn: left, right, bottom and top in pixels from below, then the values there.
 constexpr const char* print_frame =
-    "print sprintf('%.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g', GPVAL_TERM_XMIN, GPVAL_TERM_XMAX, GPVAL_TERM_YMIN, "
+    "print sprintf('frame %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g', GPVAL_TERM_XMIN, GPVAL_TERM_XMAX, GPVAL_TERM_YMIN, "
     "GPVAL_TERM_YMAX, GPVAL_X_MIN, GPVAL_X_MAX, GPVAL_Y_MIN, GPVAL_Y_MAX)\n";
 
 std::string script_of(const std::vector<Chart>& charts) {
@@ -233,7 +278,7 @@ std::string script_of(const std::vector<Chart>& charts) {
     if (!drawn) {
       script +=
           "set label 1 'no values' at graph 0.5,0.5 center textcolor rgb '#555555'\nplot NaN notitle\nunset label 1\n"
-          "print 'no values'\n";
+          "print 'frame no values'\n";
       continue;
     }
     if (chart.close) {
@@ -355,7 +400,7 @@ std::string draw_svg(const std::vector<Chart>& charts, int width, int height) {
 
 std::string chart_figure(const std::vector<Chart>& charts, int width, int height) {
   Picture picture = gnuplot(script_of(charts), Format::svg, width, height * static_cast<int>(charts.size()));
-  const std::string data = picture.is_missing ? std::string() : for_script(charts, picture.printed);
+  const std::string data = picture.is_drawn ? for_script(charts, picture.frames) : std::string();
   if (!data.empty()) picture.bytes.insert(4, " data-charts=\"" + escape(data) + "\"");
   return figure(picture.bytes);
 }

@@ -39,7 +39,7 @@ struct Chart {
   bool close = false;  ///< logarithmic axes end near the data, marked at 1, 2 and 5, instead of at powers of ten
 };
 
-// Where gnuplot is missing, an SVG says so in place of the chart, and a PNG is empty. Throws RunError where it fails.
+// Where gnuplot cannot draw a chart, an SVG says why in its place, a PNG is empty, and a note goes to standard error.
 
 /// The charts under each other, `width` by `height` pixels each.
 std::string draw_svg(const std::vector<Chart>& charts, int width, int height);
