@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "framework/core/check.hpp"
+#include "framework/core/installation.hpp"
 
 namespace tactor {
 
@@ -41,11 +42,15 @@ std::string name_of(uid_t user) {
   return "number " + std::to_string(user);
 }
 
+enum class Owner : std::uint8_t { user, user_or_root };
+
 /// Refuses what another user owns or may write.
-void demand_ours(const struct stat& status, const std::string& path) {
-  if (status.st_uid != geteuid()) {
-    refuse(path, "belongs to the user " + name_of(status.st_uid) + " and not to " + name_of(geteuid()) +
-                     ", who runs the program; it is not used");
+void demand_ours(const struct stat& status, const std::string& path, Owner owner = Owner::user) {
+  if (status.st_uid != geteuid() && !(owner == Owner::user_or_root && status.st_uid == 0)) {
+    const std::string whose = name_of(status.st_uid);
+    refuse(path, "belongs to the user " + whose + " and not to " + name_of(geteuid()) +
+                     ", who runs the program; it is not used; run the program as " + whose +
+                     ", or make one of your own");
   }
   if ((status.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
     refuse(path, "other users may write it, so it is not used; if you trust its content, run chmod go-w on it");
@@ -55,7 +60,8 @@ void demand_ours(const struct stat& status, const std::string& path) {
 /// Follows a path from the root, one name at a time, so that what was checked is what is used.
 class Walk {
  public:
-  Walk(const fs::path& path, bool make) : make_(make), at_(::open("/", O_PATH | O_DIRECTORY | O_CLOEXEC)) {
+  Walk(const fs::path& path, bool make, KeptFolder::Decides decides = KeptFolder::Decides::nothing)
+      : make_(make), decides_(decides), at_(::open("/", O_PATH | O_DIRECTORY | O_CLOEXEC)) {
     if (!at_) refuse("/", std::strerror(errno));
     put_before(path.relative_path());
   }
@@ -63,19 +69,63 @@ class Walk {
   /// The folder at the end, open for listing; none where a part of the way is missing and nothing is to be made.
   FileDescriptor end() {
     while (!names_.empty()) {
-      const std::string name = names_.front();
-      names_.pop_front();
-      if (!step(name)) return {};
+      if (!step(next_name())) return {};
     }
-    struct stat status {};
-    if (::fstat(at_.number(), &status) != 0) refuse(seen_.string(), std::strerror(errno));
-    demand_ours(status, seen_.string());
+    demand_own_folder(Owner::user);
     FileDescriptor folder(::openat(at_.number(), ".", O_RDONLY | O_DIRECTORY | O_CLOEXEC));
     if (!folder) refuse(seen_.string(), std::strerror(errno));
     return folder;
   }
 
+  /// The file at the end, and its folder.
+  ProgramsFile file() {
+    while (!names_.empty()) {
+      const std::string name = next_name();
+      if (names_.empty() && is_file(name)) {
+        demand_own_folder(Owner::user_or_root);
+        const std::string path = (seen_ / name).string();
+        FileDescriptor file(::openat(at_.number(), name.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
+        if (!file) refuse(path, std::strerror(errno));
+        struct stat status {};
+        if (::fstat(file.number(), &status) != 0) refuse(path, std::strerror(errno));
+        if (!S_ISREG(status.st_mode)) refuse(path, "is not a regular file");
+        demand_ours(status, path, Owner::user_or_root);
+        return {std::move(file), seen_};
+      }
+      if (!step(name)) return {};
+    }
+    refuse(seen_.string(), "is not a regular file");
+  }
+
  private:
+  std::string next_name() {
+    std::string name = names_.front();
+    names_.pop_front();
+    return name;
+  }
+
+  [[nodiscard]] bool is_file(const std::string& name) const {
+    struct stat status {};
+    return ::fstatat(at_.number(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) == 0 && !S_ISLNK(status.st_mode) &&
+           !S_ISDIR(status.st_mode);
+  }
+
+  void demand_own_folder(Owner owner) const {
+    struct stat status {};
+    if (::fstat(at_.number(), &status) != 0) refuse(seen_.string(), std::strerror(errno));
+    demand_ours(status, seen_.string(), owner);
+  }
+
+  /// In a folder that all may write and without the sticky bit, anybody may put another entry in the place of one.
+  void demand_kept_entries() const {
+    struct stat status {};
+    if (::fstat(at_.number(), &status) != 0) refuse(seen_.string(), std::strerror(errno));
+    if ((status.st_mode & S_IWOTH) == 0 || (status.st_mode & S_ISVTX) != 0) return;
+    refuse(seen_.string(),
+           "all users may replace what is in it, so that it is not used; run chmod o-w on it, or "
+           "chmod +t if all are to write there");
+  }
+
   void put_before(const fs::path& relative) {
     std::vector<std::string> names;
     for (const fs::path& name : relative) {
@@ -89,6 +139,7 @@ class Walk {
   }
 
   bool step(const std::string& name) {
+    if (decides_ == KeptFolder::Decides::programs) demand_kept_entries();
     const std::string path = (seen_ / name).string();
     FileDescriptor next = look(name);
     if (!next && errno == ENOENT) {
@@ -130,6 +181,7 @@ class Walk {
   }
 
   bool make_;
+  KeptFolder::Decides decides_;
   FileDescriptor at_;
   fs::path seen_ = "/";
   std::deque<std::string> names_;
@@ -157,9 +209,9 @@ KeptFolder KeptFolder::make(const fs::path& path) {
   return {path, Walk(fs::absolute(path), true).end()};
 }
 
-std::optional<KeptFolder> KeptFolder::find(const fs::path& path) {
+std::optional<KeptFolder> KeptFolder::find(const fs::path& path, Decides decides) {
   if (path.empty()) return std::nullopt;
-  FileDescriptor folder = Walk(fs::absolute(path), false).end();
+  FileDescriptor folder = Walk(fs::absolute(path), false, decides).end();
   if (!folder) return std::nullopt;
   return KeptFolder(path, std::move(folder));
 }
@@ -219,6 +271,17 @@ void KeptFolder::write(const std::string& name, std::initializer_list<std::strin
 void KeptFolder::remove(const std::string& name) const {
   const std::string path = named(name);
   if (::unlinkat(folder_.number(), name.c_str(), 0) != 0 && errno != ENOENT) refuse(path, std::strerror(errno));
+}
+
+ProgramsFile open_programs_file(const fs::path& path) {
+  std::error_code ignored;
+  const fs::path real = fs::canonical(path, ignored), prefix = fs::canonical(installation_prefix(), ignored);
+  for (const fs::path& folder : {prefix / "clusters", prefix / "share" / "tactor" / "clusters"}) {
+    if (real.parent_path() == folder) {
+      return {FileDescriptor(::open(real.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC)), folder};
+    }
+  }
+  return Walk(fs::absolute(path), false, KeptFolder::Decides::programs).file();
 }
 
 }  // namespace tactor

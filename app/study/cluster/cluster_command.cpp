@@ -1,7 +1,6 @@
 #include "app/study/cluster/cluster_command.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -14,6 +13,7 @@
 #include "app/progress_bar.hpp"
 #include "app/results_folder.hpp"
 #include "app/run/references.hpp"
+#include "app/shell_word.hpp"
 #include "app/study/cluster/cluster_plan.hpp"
 #include "app/study/cluster/cluster_system.hpp"
 #include "app/study/cluster/earlier_study.hpp"
@@ -34,14 +34,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// A scheduler may show nobody the tasks of others, so that they would count as ended.
-void refuse_other_user(const fs::path& out, const ClusterOptions& options) {
-  if (options.user == getuid()) return;
-  throw InputError(
-      fmt::format("{}: expected a study of your own, found one of the user {}, whose tasks you may not see",
-                  out.string(), options.user));
-}
-
 /// A study that has been handed over, read back.
 struct HandedOver {
   ClusterFolder folder;
@@ -53,9 +45,7 @@ struct HandedOver {
       : folder(out),
         plan(read_plan(folder)),
         options(read_options(folder)),
-        system(load_cluster_system(options.system)) {
-    refuse_other_user(out, options);
-  }
+        system(load_cluster_system(options.system)) {}
   [[nodiscard]] ClusterProgress progress() const {
     return find_progress(plan, folder, ask_for_jobs(system, jobs_of(read_submissions(folder))));
   }
@@ -63,7 +53,6 @@ struct HandedOver {
 
 /// Throws InputError where tasks of the study in this folder wait or run, or may.
 void refuse_while_alive(const fs::path& out, const ClusterFolder& folder, const ClusterOptions& options) {
-  refuse_other_user(out, options);
   const ClusterSystem system = load_cluster_system(options.system);
   std::vector<Submission> submissions = read_submissions(folder);
   // A merge that has written all it had to may take a moment to end.
@@ -76,7 +65,7 @@ void refuse_while_alive(const fs::path& out, const ClusterFolder& folder, const 
     throw InputError(
         fmt::format("{}: expected a study of which nothing runs, found job {} on {}; tactor study {} --wait "
                     "waits for it, --cancel ends it",
-                    out.string(), job, system.title, out.string()));
+                    out.string(), job, system.title, as_typed(out.string())));
   }
 }
 
@@ -92,12 +81,14 @@ void refuse_study_folder(const fs::path& out, bool overwrite) {
   const bool has_table = fs::exists(out / "study.sqlite", ignored);
   if (!has_table && !folder.is_there()) return;
   if (!overwrite) {
-    throw InputError(fmt::format(
-        "--out {}: expected no study there yet, found {}; {}--overwrite begins anew", out.string(),
-        folder.is_there() ? "one that was handed to a cluster" : "the runs of one",
-        folder.is_there() ? fmt::format("tactor study {} --resume continues it, ", out.string()) : std::string()));
+    throw InputError(
+        fmt::format("--out {}: expected no study there yet, found {}; {}--overwrite begins anew", out.string(),
+                    folder.is_there() ? "one that was handed to a cluster" : "the runs of one",
+                    folder.is_there() ? fmt::format("tactor study {} --resume continues it, ", as_typed(out.string()))
+                                      : std::string()));
   }
   if (!folder.is_there()) return;
+  demand_own(folder);
   std::optional<ClusterOptions> options;
   try {
     options = read_options(folder);
@@ -129,7 +120,7 @@ void tell_submitted(const ClusterPlan& plan, const ClusterFolder& folder, const 
   }
   fmt::print("  jobs {}\n", fmt::join(jobs_of(submissions), " "));
   fmt::print("  tactor study {0} --status shows its progress; --wait, --cancel and --resume work on it too\n",
-             folder.out().string());
+             as_typed(folder.out().string()));
   if (plan.spec.repeats > 1 && !plan.exclusive) {
     fmt::print("  its run times come from nodes shared with other programs; --exclusive asks for exclusive nodes\n");
   }
@@ -145,13 +136,15 @@ bool is_cluster_study(const fs::path& out) {
 int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& cluster) {
   PreparedStudy study = prepare_study(request);
   const ClusterSystem system = load_cluster_system(cluster.system);
+  const fs::path out = fs::absolute(study.folder).lexically_normal();
+  const ClusterFolder folder(out);
+  check_job_scripts(study.spec, out);
+  demand_own(folder);
   // A cluster that does not answer is to be known before anything is measured.
   static_cast<void>(most_tasks_of_array(system));
-  const fs::path out = fs::absolute(study.folder).lexically_normal();
-  make_folder(out);
+  make_own_folder(out);
   const FileLock lock = lock_of(out);
   refuse_study_folder(out, request.overwrite);
-  const ClusterFolder folder(out);
   Registry registry(default_node_folders());
   if (study.spec.report == StudyReport::stability && !study.spec.record.empty()) {
     check_record(study.spec, study.cases, registry);
@@ -166,7 +159,7 @@ int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& clus
     StudyWorker worker(registry);
     WorkerPool pool([&](const std::string& job, const PoolLink& link) { return worker.do_job(job, link); },
                     [] { return interruption.load(); });
-    make_folder(folder.path());
+    make_own_folder(folder.path());
     plan.planned = plan_cases(
         study.cases, study.settings, pool, folder.cache(), request.jobs,
         {.note = note, .planned = [&](const RunMetrics& metrics) { check_metrics(study.spec, metrics, registry); }});
@@ -200,8 +193,7 @@ int run_study_on_cluster(const StudyRequest& request, const ClusterRequest& clus
                          cluster.account.value_or(""),
                          cluster.time_s.value_or(0),
                          cluster.options,
-                         request.jobs,
-                         getuid()};
+                         request.jobs};
   std::vector<Submission> submitted;
   {
     EarlierStudy earlier(out);
@@ -235,6 +227,7 @@ int cancel_cluster_study(const fs::path& out) {
 
 int resume_cluster_study(const fs::path& out, const StudyRequest& request, const ClusterRequest& cluster) {
   const fs::path whole = fs::absolute(out).lexically_normal();
+  demand_own(ClusterFolder(whole));
   const FileLock lock = lock_of(whole);
   HandedOver study(whole);
   if (!is_cluster_study(request.file)) {

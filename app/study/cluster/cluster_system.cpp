@@ -7,7 +7,10 @@
 #include <sstream>
 
 #include "app/command_output.hpp"
+#include "app/shell_word.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/input_file.hpp"
+#include "framework/core/kept_folder.hpp"
 #include "framework/core/text.hpp"
 #include "framework/yaml/diagnostics.hpp"
 #include "framework/yaml/yaml_tree.hpp"
@@ -54,6 +57,37 @@ std::string replaced(const std::string& text, const Found& found) {
   return out;
 }
 
+/// Whether a shell reads a word of a command; ssh hands all of its words to one.
+bool is_for_shell(const CommandTemplate& command, std::size_t word) {
+  const auto is_called = [&](std::size_t at, std::string_view ending) {
+    return fs::path(command[at]).filename().string().ends_with(ending);
+  };
+  if (word == 0) return false;
+  if (is_called(0, "ssh") || command[word].starts_with("--wrap=") || command[word - 1] == "--wrap") return true;
+  if (command[word - 1] != "-c") return false;
+  for (std::size_t at = 0; at + 1 < word; ++at) {
+    if (is_called(at, "sh")) return true;
+  }
+  return false;
+}
+
+/// Whether a `{name}` stands between quotes of the word.
+bool has_quoted_place(const std::string& word) {
+  char open = 0;
+  for (std::size_t at = 0; at < word.size(); ++at) {
+    const char c = word[at];
+    if (open != 0 && c == '{' && (at == 0 || word[at - 1] != '$')) return true;
+    if (c == '\\' && open != '\'') {
+      ++at;
+    } else if (open == 0 && (c == '\'' || c == '"')) {
+      open = c;
+    } else if (c == open) {
+      open = 0;
+    }
+  }
+  return false;
+}
+
 class SystemReader {
  public:
   SystemReader(ClusterSystem& system, Diagnostics& diagnostics) : system_(system), diagnostics_(diagnostics) {}
@@ -72,6 +106,10 @@ class SystemReader {
     system_.index = text(tree, "index").value_or("");
     if (system_.index.empty()) {
       missing(tree, "index", "the variable that holds the index of a task in its array");
+    }
+    if (const Tree* index = tree.value("index"); !system_.index.empty() && !is_variable_name(system_.index)) {
+      diagnostics_.error(index->place, "index: expected the name of a variable, of letters, digits and _, found \"" +
+                                           with_visible_controls(system_.index) + "\"");
     }
     system_.joined_by = text(tree, "joined_by").value_or(":");
     system_.exclusive = text(tree, "exclusive").value_or("");
@@ -137,7 +175,9 @@ class SystemReader {
       diagnostics_.error(value->place, key + ": expected a command as a list of words, found an empty list");
     }
     for (std::size_t i = 0; i < found.size(); ++i) {
+      bool has_place = false;
       replaced(found[i], [&](const std::string& name) {
+        has_place = true;
         const auto& known = placeholders();
         if (std::find(known.begin(), known.end(), name) == known.end()) {
           diagnostics_.error(value->items[i].place, fmt::format("{}: expected one of {}, found {{{}}}{}", key,
@@ -145,6 +185,11 @@ class SystemReader {
         }
         return std::string();
       });
+      if (has_place && is_for_shell(found, i) && has_quoted_place(found[i])) {
+        diagnostics_.error(value->items[i].place, key +
+                                                      ": expected no quotes round {...} in a word that a shell reads, "
+                                                      "where each value is quoted");
+      }
     }
     return found;
   }
@@ -153,13 +198,27 @@ class SystemReader {
   Diagnostics& diagnostics_;
 };
 
+/// No file where none can be opened; reading it tells why.
+ProgramsFile trusted_file(const fs::path& file) {
+  if (!open_input(file).file) return {};
+  try {
+    return open_programs_file(file);
+  } catch (const RunError& error) {
+    throw InputError(fmt::format("{}; no command of the cluster file {} was run", error.what(), file.string()));
+  }
+}
+
 }  // namespace
 
 ClusterSystem load_cluster_system(const fs::path& file) {
   Diagnostics diagnostics;
   ClusterSystem system;
   system.file = fs::absolute(file);
-  const auto tree = read_yaml(file, file.string(), {"a cluster file", "submit, status, cancel, ..."}, diagnostics);
+  const ProgramsFile trusted = trusted_file(file);
+  system.folder = trusted.folder;
+  // What was looked at is what is read, and not what stands there by now.
+  const fs::path opened = trusted.file ? fs::path("/proc/self/fd") / std::to_string(trusted.file.number()) : file;
+  const auto tree = read_yaml(opened, file.string(), {"a cluster file", "submit, status, cancel, ..."}, diagnostics);
   if (tree) SystemReader(system, diagnostics).read(*tree);
   diagnostics.throw_if_any();
   return system;
@@ -168,11 +227,13 @@ ClusterSystem load_cluster_system(const fs::path& file) {
 std::vector<std::string> filled_in(const CommandTemplate& command, const TemplateValues& values,
                                    const std::string& joined_by) {
   std::vector<std::string> words;
-  for (const std::string& word : command) {
+  for (std::size_t i = 0; i < command.size(); ++i) {
+    const std::string& word = command[i];
     if (word.size() > 2 && word.front() == '{' && word.back() == '}') {
       const auto list = values.lists.find(word.substr(1, word.size() - 2));
       if (list != values.lists.end()) {
-        words.insert(words.end(), list->second.begin(), list->second.end());
+        for (const std::string& one : list->second)
+          words.push_back(is_for_shell(command, i) ? shell_word(one, word) : one);
         continue;
       }
     }
@@ -184,7 +245,7 @@ std::vector<std::string> filled_in(const CommandTemplate& command, const Templat
         value = fmt::format("{}", fmt::join(list->second, joined_by));
       }
       is_whole = is_whole && !value.empty();
-      return value;
+      return is_for_shell(command, i) ? shell_word(value, "{" + name + "}") : value;
     });
     if (is_whole) words.push_back(std::move(made));
   }
@@ -196,7 +257,7 @@ std::map<std::string, JobCounts> ask_for_jobs(const ClusterSystem& system, const
   if (jobs.empty()) return counts;
   TemplateValues values;
   values.lists["jobs"] = jobs;
-  values.texts["here"] = system.file.parent_path().string();
+  values.texts["here"] = system.folder.string();
   std::istringstream lines(output_of(filled_in(system.status, values, ",")));
   const auto is_one_of = [](const std::string& state, const std::vector<std::string>& states) {
     return std::find(states.begin(), states.end(), state) != states.end();
@@ -218,7 +279,7 @@ void cancel_jobs(const ClusterSystem& system, const std::vector<std::string>& jo
   if (jobs.empty()) return;
   TemplateValues values;
   values.lists["jobs"] = jobs;
-  values.texts["here"] = system.file.parent_path().string();
+  values.texts["here"] = system.folder.string();
   static_cast<void>(output_of(filled_in(system.cancel, values, ",")));
 }
 

@@ -16,12 +16,14 @@ inline const FileKind cluster_files{
     .noun = "a cluster file", .variable = "TACTOR_CLUSTER_PATH", .folder = "clusters", .ending = ".yaml"};
 
 /// A command as words. `{name}` stands for a value. A word whose value is empty or not there is left out; one that is
-/// nothing but `{jobs}`, `{after}` or `{options}` becomes a word for each of these.
+/// nothing but `{jobs}`, `{after}` or `{options}` becomes a word for each of these. In a word that a shell reads (`sh
+/// -c`, `sbatch --wrap`, all of ssh) each value is quoted.
 using CommandTemplate = std::vector<std::string>;
 
 /// A checked cluster file.
 struct ClusterSystem {
   std::filesystem::path file;
+  std::filesystem::path folder;  ///< of the file, `{here}`
   std::string title;
   CommandTemplate submit;       ///< prints the name of the job, up to a `;` or white space
   CommandTemplate status;       ///< prints `JOB [INDEX] STATE` for each task that waits or runs
@@ -35,7 +37,8 @@ struct ClusterSystem {
   std::size_t most_tasks_of_file = 1000;      ///< of an array, where `most_tasks` is empty
 };
 
-/// Throws GraphError with every error of the file.
+/// Throws GraphError with every error of the file, and InputError where another user could have written it: its
+/// commands are started.
 ClusterSystem load_cluster_system(const std::filesystem::path& file);
 
 /// The values of a template.

@@ -91,7 +91,8 @@ fs::path written_beside(std::string_view bytes, const fs::path& to) {
   static std::atomic<unsigned> number = 0;
   fs::path part = to;
   part += fmt::format(".{}-{}-{}.part", this_machine().node, getpid(), number++);
-  FileDescriptor file(open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  // Whatever new files are given by default: what others may write is not read back.
+  FileDescriptor file(open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
   if (!file) fail("write", part);
   if (!file.write_all(bytes.data(), bytes.size()) || fsync(file.number()) != 0 || !file.close()) {
     const int error = errno;

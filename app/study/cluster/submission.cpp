@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "app/study/cluster/shard.hpp"
 
@@ -19,18 +19,18 @@ fs::path file_of(const ClusterFolder& folder, std::size_t number) {
   return folder.jobs() / fmt::format("{:04}.json", number);
 }
 
-Json read_json(const fs::path& file) {
-  std::ifstream stream(file);
-  if (!stream) throw InputError(file.string() + ": expected what a command with --cluster has left, found no file");
-  Json json = Json::parse(stream, nullptr, false);
+Json read_json(const ClusterFolder& folder, const fs::path& file) {
+  const std::optional<std::string> bytes = own_bytes(folder, file);
+  if (!bytes) throw InputError(file.string() + ": expected what a command with --cluster has left, found no file");
+  Json json = Json::parse(*bytes, nullptr, false);
   if (!json.is_object()) throw InputError(file.string() + ": its bytes are damaged");
   return json;
 }
 
 /// Calls `read`, in which a value of another kind means a damaged file.
 template <class Read>
-auto from_json(const fs::path& file, const Read& read) {
-  const Json json = read_json(file);
+auto from_json(const ClusterFolder& folder, const fs::path& file, const Read& read) {
+  const Json json = read_json(folder, file);
   try {
     return read(json);
   } catch (const Json::exception&) {
@@ -41,18 +41,13 @@ auto from_json(const fs::path& file, const Read& read) {
 }  // namespace
 
 void write_options(const ClusterFolder& folder, const ClusterOptions& options) {
-  const Json json{{"system", options.system.string()},
-                  {"partition", options.partition},
-                  {"account", options.account},
-                  {"time_s", options.time_s},
-                  {"options", options.options},
-                  {"at_once", options.at_once},
-                  {"user", options.user}};
+  const Json json{{"system", options.system.string()}, {"partition", options.partition}, {"account", options.account},
+                  {"time_s", options.time_s},          {"options", options.options},     {"at_once", options.at_once}};
   publish_bytes(json.dump(1) + "\n", folder.path() / "options.json");
 }
 
 ClusterOptions read_options(const ClusterFolder& folder) {
-  return from_json(folder.path() / "options.json", [](const Json& json) {
+  return from_json(folder, folder.path() / "options.json", [](const Json& json) {
     ClusterOptions options;
     options.system = json.at("system").get<std::string>();
     options.partition = json.at("partition");
@@ -60,7 +55,6 @@ ClusterOptions read_options(const ClusterFolder& folder) {
     options.time_s = json.at("time_s");
     options.options = json.at("options").get<std::vector<std::string>>();
     options.at_once = json.at("at_once");
-    options.user = json.at("user");
     return options;
   });
 }
@@ -71,7 +65,7 @@ void write_submission(const ClusterFolder& folder, const Submission& submission)
 }
 
 Submission read_submission(const ClusterFolder& folder, std::size_t number) {
-  return from_json(file_of(folder, number), [&](const Json& json) {
+  return from_json(folder, file_of(folder, number), [&](const Json& json) {
     Submission submission;
     submission.number = number;
     submission.stage = stage_of(json.at("stage"));

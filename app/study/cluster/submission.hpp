@@ -17,7 +17,6 @@ struct ClusterOptions {
   double time_s = 0;                 ///< limit of each task; 0: by what the tasks are expected to take
   std::vector<std::string> options;  ///< further words for the command that submits
   unsigned at_once = 1;              ///< tasks at a time where the system is this machine
-  unsigned user = 0;                 ///< number of the user whose tasks they are
 };
 void write_options(const ClusterFolder& folder, const ClusterOptions& options);
 /// Throws InputError where the file is missing or damaged.

@@ -12,6 +12,7 @@
 
 #include "app/command_output.hpp"
 #include "app/output.hpp"
+#include "app/shell_word.hpp"
 #include "app/study/cluster/intervals.hpp"
 #include "app/study/cluster/merge.hpp"
 #include "app/study/cluster/shard.hpp"
@@ -29,13 +30,6 @@ constexpr std::size_t most_tasks = 1000;      // of an array, so that none is a 
 constexpr double least_limit_s = 1800;        // of a task
 constexpr double least_merge_limit_s = 3600;  // of what reads all shards
 
-/// One word for a shell, whatever is in it.
-std::string shell_word(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
 /// For a scheduler that takes a `%` in the name of a file for a placeholder of its own.
 std::string doubled_percents(const std::string& text) {
   std::string out;
@@ -47,6 +41,30 @@ std::string doubled_percents(const std::string& text) {
 std::string clock_time(double seconds) {
   const auto s = static_cast<long>(std::ceil(seconds));
   return fmt::format("{:02}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
+}
+
+/// What a job gets of this environment: not all systems hand it on, and a bundle finds its libraries by it.
+std::string exports() {
+  std::string text;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view entry = *variable;
+    const std::size_t end = entry.find('=');
+    if (!(entry.starts_with("TACTOR_") || entry.starts_with("LD_LIBRARY_PATH=")) || end == std::string_view::npos) {
+      continue;
+    }
+    const std::string name(entry.substr(0, end)), what = "the environment variable " + with_visible_controls(name);
+    if (!is_variable_name(name)) {
+      throw InputError(what + ": expected a name of letters, digits and _, because jobs get it; env -u takes it out");
+    }
+    text += fmt::format("export {}={}\n", name, shell_word(std::string(entry.substr(end + 1)), what));
+  }
+  return text;
+}
+
+/// It names program and folder by whole paths, which are the same on all nodes.
+std::string task_command(const fs::path& out) {
+  return fmt::format("exec {} task {}", shell_word(fs::read_symlink("/proc/self/exe").string(), "the program's path"),
+                     shell_word(fs::absolute(out).string(), "--out"));
 }
 
 /// Submits job by job.
@@ -145,7 +163,7 @@ class Submitter {
                     {"account", options_.account},
                     {"exclusive", plan_.exclusive && kind == StageKind::runs ? system_.exclusive : ""},
                     {"at_once", std::to_string(options_.at_once)},
-                    {"here", system_.file.parent_path().string()}};
+                    {"here", system_.folder.string()}};
     values.lists = {{"after", after}, {"options", options_.options}};
     const std::string printed = output_of(filled_in(system_.submit, values, system_.joined_by));
     submission.job = std::string(trimmed(std::string_view(printed).substr(0, printed.find_first_of("; \n"))));
@@ -166,21 +184,12 @@ class Submitter {
     return std::max(least_limit_s, 5 * std::max(plan_.chunk_s, longest));
   }
 
-  /// What the nodes start. It names program and folder by whole paths, which are the same on all nodes.
+  /// What the nodes start.
   [[nodiscard]] fs::path write_script(const Submission& submission) const {
-    std::string text = fmt::format("#!/bin/sh\n# Tasks of the stage {} of the study {}, written by tactor study.\n",
-                                   name_of(submission.stage), plan_.spec.name);
-    for (char** variable = environ; *variable != nullptr; ++variable) {
-      const std::string_view entry = *variable;
-      const std::size_t end = entry.find('=');
-      // Not all systems hand the environment on, and a bundle finds its libraries by it.
-      if (!(entry.starts_with("TACTOR_") || entry.starts_with("LD_LIBRARY_PATH=")) || end == std::string_view::npos) {
-        continue;
-      }
-      text += fmt::format("export {}={}\n", entry.substr(0, end), shell_word(std::string(entry.substr(end + 1))));
-    }
-    text += fmt::format("exec {} task {} {} \"${{{}:-0}}\"\n", shell_word(fs::read_symlink("/proc/self/exe").string()),
-                        shell_word(fs::absolute(folder_.out()).string()), submission.number, system_.index);
+    const std::string text = fmt::format(
+        "#!/bin/sh\n# Tasks of the stage {} of the study {}, written by tactor study.\n{}{} {} \"${{{}:-0}}\"\n",
+        name_of(submission.stage), plan_.spec.name, exports(), task_command(folder_.out()), submission.number,
+        system_.index);
     const fs::path script = folder_.jobs() / fmt::format("{:04}.sh", submission.number);
     publish_bytes(text, script);
     fs::permissions(script, fs::perms::owner_all | fs::perms::group_read | fs::perms::group_exec);
@@ -198,10 +207,17 @@ class Submitter {
 
 }  // namespace
 
+void check_job_scripts(const StudySpec& study, const fs::path& out) {
+  refuse_control_characters(study.name, study.file.string());
+  static_cast<void>(exports());
+  static_cast<void>(task_command(out));
+}
+
 std::vector<Submission> submit_missing(const ClusterPlan& plan, const ClusterFolder& folder,
                                        const ClusterSystem& system, const ClusterOptions& options) {
+  check_job_scripts(plan.spec, folder.out());
   std::error_code ignored;
-  fs::create_directories(folder.jobs());
+  make_own_folder(folder.jobs());
   fs::create_directories(folder.lost_reference(0).parent_path());
   for (const Stage& stage : plan.stages) fs::create_directories(folder.shards(stage.kind));
   fs::remove(folder.merged(), ignored);
@@ -233,7 +249,7 @@ bool take_out(const ClusterPlan& plan, const ClusterFolder& folder, StageKind st
   if (!shard || !shard->head.is_of(plan.shard_key(stage), name_of(stage), chunk)) return false;
   const auto one_goes = [&](const auto& record) { return goes(*shard, record.first, record.second); };
   if (std::none_of(shard->records.begin(), shard->records.end(), one_goes)) return false;
-  const TemporaryFolder scratch;
+  const TemporaryFolder scratch(folder.path(), "scratch-");
   const fs::path kept = scratch.path() / "kept.shard";
   ShardWriter writer(kept, shard->head);
   for (const auto& record : shard->records) {

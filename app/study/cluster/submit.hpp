@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <vector>
 
 #include "app/study/cluster/cluster_plan.hpp"
@@ -9,6 +10,10 @@
 #include "app/study/cluster/submission.hpp"
 
 namespace tactor {
+
+/// Throws InputError where a name could not stand in the scripts of jobs, of the study, its folder or a variable of the
+/// environment.
+void check_job_scripts(const StudySpec& study, const std::filesystem::path& out);
 
 /// Submits what is missing: tasks for the chunks without a whole shard, the intervals where they are not known, and the
 /// merge at the end of all. Returns the new submissions. Throws RunError where the cluster refuses; what it had taken
