@@ -278,8 +278,8 @@ BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_is_told_and_a_signal_asks_a
 
 BOOST_AUTO_TEST_CASE(every_answer_of_the_system_means_one_thing) {
   const TemporaryFolder temporary;
-  const FileDescriptor file = open_file(temporary.path() / "file");
   for (const LockKind kind : {LockKind::whole, LockKind::shared, LockKind::beside, LockKind::of_region}) {
+    const FileDescriptor file = open_file(temporary.path() / std::to_string(static_cast<int>(kind)));
     BOOST_TEST((ask_for_lock(file.number(), kind) == LockAnswer::taken));
     for (const int error : {EWOULDBLOCK, EACCES}) {
       const Imposed answer(error);
