@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <span>
@@ -26,83 +25,42 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What a node has of the heap.
+/// Bytes of the heap that a node has.
 struct HeapUse {
   std::int64_t built = 0, now = 0, peak = 0;
 };
 
-/// A node that watches what another one takes of the heap while it is made and steps.
-class Metered final : public Node {
+/// Counts what each node takes of the heap of its thread while it is made, starts and steps.
+class HeapMeter final : public NodeMeter {
  public:
-  Metered(std::unique_ptr<Node> node, HeapUse* use) : node_(std::move(node)), use_(use) {}
-  Node& inner() { return *node_; }
-  void start(StepContext& context) override {
-    counted([&] { node_->start(context); });
-  }
-  void step(StepContext& context) override {
-    counted([&] { node_->step(context); });
-  }
-  [[nodiscard]] bool must_be_followed() const override { return node_->must_be_followed(); }
-
-  /// Does the work and adds what it took.
-  template <class Work>
-  static void count(HeapUse& use, const Work& work) {
-    const std::int64_t before = thread_heap_bytes();
+  explicit HeapMeter(std::size_t nodes) : uses_(nodes) {}
+  void begin(std::size_t /*node*/, Work /*work*/) override {
+    before_ = thread_heap_bytes();
     static_cast<void>(thread_heap_bytes_peak());
-    work();
-    use.peak = std::max(use.peak, use.now + thread_heap_bytes_peak() - before);
-    use.now += thread_heap_bytes() - before;
   }
+  void end(std::size_t node, Work work) override {
+    HeapUse& use = uses_[node];
+    use.peak = std::max(use.peak, use.now + thread_heap_bytes_peak() - before_);
+    use.now += thread_heap_bytes() - before_;
+    if (work == Work::make) use.built = use.now;
+  }
+  [[nodiscard]] const std::vector<HeapUse>& uses() const { return uses_; }
 
  private:
-  template <class Work>
-  void counted(const Work& work) {
-    count(*use_, work);
-  }
-
-  std::unique_ptr<Node> node_;
-  HeapUse* use_;
+  std::vector<HeapUse> uses_;
+  std::int64_t before_ = 0;
 };
 
-/// The declaration of a node whose heap is counted into `use`, which must outlive it.
-NodeInfo metered(const NodeInfo& info, HeapUse& use) {
-  NodeInfo result = info;
-  result.create = [create = info.create, &use](const std::vector<ParamValue>& values, const NodeContext& context) {
-    std::unique_ptr<Node> node;
-    Metered::count(use, [&] { node = create(values, context); });
-    use.built = use.now;
-    return std::make_unique<Metered>(std::move(node), &use);
-  };
-  for (InputInfo& input : result.inputs) {
-    input.access = [access = input.access](Node& node) -> InputBase& {
-      return access(static_cast<Metered&>(node).inner());
-    };
-  }
-  for (OutputInfo& output : result.outputs) {
-    output.access = [access = output.access](Node& node) -> OutputBase& {
-      return access(static_cast<Metered&>(node).inner());
-    };
-  }
-  return result;
-}
-
 std::vector<HeapUse> heap_uses(const Plan& plan, const std::function<bool()>& interrupted) {
-  std::vector<HeapUse> uses(plan.nodes.size());
-  std::vector<NodeInfo> infos;
-  infos.reserve(plan.nodes.size());
-  Plan watched = plan;
-  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    infos.push_back(metered(*plan.nodes[n].info, uses[n]));
-    watched.nodes[n].info = &infos.back();
-  }
+  HeapMeter meter(plan.nodes.size());
   // The same work in a child would count as well, but a thread of its own would find other caches.
   count_thread_heap_bytes(true);
   {
-    Session session(watched);
+    Session session(plan, {.meter = &meter});
     run_to_end(session, interrupted);
   }
   count_thread_heap_bytes(false);
-  return uses;
+  return meter.uses();
 }
 
 double sum(const std::vector<double>& values) {

@@ -85,12 +85,31 @@ std::optional<HandPath> hand_path(const Plan& plan) {
   return path;
 }
 
+/// Tells a meter, where there is one, of some work of a node.
+class Metered {
+ public:
+  Metered(NodeMeter* meter, std::size_t node, NodeMeter::Work work) : meter_(meter), node_(node), work_(work) {
+    if (meter_ != nullptr) meter_->begin(node_, work_);
+  }
+  Metered(const Metered&) = delete;
+  Metered& operator=(const Metered&) = delete;
+  ~Metered() {
+    if (meter_ != nullptr) meter_->end(node_, work_);
+  }
+
+ private:
+  NodeMeter* meter_;
+  std::size_t node_;
+  NodeMeter::Work work_;
+};
+
 }  // namespace
 
-PlanNodes::PlanNodes(const Plan& plan) : plan_(plan) {
+PlanNodes::PlanNodes(const Plan& plan, NodeMeter* meter) : plan_(plan), meter_(meter) {
   const std::optional<HandPath> hand = hand_path(plan);
   for (const NodeSpec& spec : plan.nodes) {
     const NodeContext context = context_of(plan.graph, spec, hand ? &*hand : nullptr, &notes_);
+    const Metered metered(meter_, nodes_.size(), NodeMeter::Work::make);
     at_place(plan.graph, spec, [&] { nodes_.push_back(spec.info->create(spec.params, context)); });
   }
   note_costs(plan, notes_);
@@ -169,10 +188,12 @@ void PlanNodes::guarded(std::size_t index, Time now, const Work& work) {
 }
 
 void PlanNodes::start(std::size_t index, StepContext& context) {
+  const Metered metered(meter_, index, NodeMeter::Work::start);
   guarded(index, context.now(), [&](Node& node) { node.start(context); });
 }
 
 void PlanNodes::step(std::size_t index, StepContext& context) {
+  const Metered metered(meter_, index, NodeMeter::Work::step);
   guarded(index, context.now(), [&](Node& node) { node.step(context); });
 }
 

@@ -11,11 +11,24 @@
 
 namespace tactor {
 
+/// Measures the work of nodes from outside: nodes themselves are never wrapped, because what a NodeInfo calls takes its
+/// node for one of its own class.
+class NodeMeter {
+ public:
+  virtual ~NodeMeter() = default;
+  /// What a node does, on the thread that does it.
+  enum class Work : std::uint8_t { make, start, step };
+  /// Before and after it, also where it throws; by index of the node in the plan.
+  virtual void begin(std::size_t node, Work work) = 0;
+  virtual void end(std::size_t node, Work work) = 0;
+};
+
 /// One instance of each node of a plan. The plan must outlive it.
 class PlanNodes {
  public:
-  /// Makes the nodes. Throws YamlError with the node's place and name where a node refuses its input.
-  explicit PlanNodes(const Plan& plan);
+  /// Makes the nodes. Throws YamlError with the node's place and name where a node refuses its input. `meter` is told
+  /// of their work; it outlives this, and is null where nobody asks.
+  explicit PlanNodes(const Plan& plan, NodeMeter* meter = nullptr);
 
   /// In a reference run: every node meets its counterpart in the run under test.
   void follow(const PlanNodes& tested);
@@ -38,6 +51,7 @@ class PlanNodes {
   void guarded(std::size_t index, Time now, const Work& work);
 
   const Plan& plan_;
+  NodeMeter* meter_;
   std::vector<std::string> notes_;
   std::vector<std::unique_ptr<Node>> nodes_;
 };

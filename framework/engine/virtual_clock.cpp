@@ -12,10 +12,11 @@ std::int64_t thread_cpu_ns() {
   return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
 }
 
-VirtualClock::VirtualClock(const Plan& plan, bool measure_cpu, std::vector<bool> external, ExternalInputs* inputs)
+VirtualClock::VirtualClock(const Plan& plan, bool measure_cpu, std::vector<bool> external, ExternalInputs* inputs,
+                           NodeMeter* meter)
     : plan_(plan),
       measure_cpu_(measure_cpu),
-      nodes_(plan),
+      nodes_(plan, meter),
       dispatcher_(nodes_, std::move(external), inputs),
       node_statistics_(plan.nodes.size()) {
   for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);

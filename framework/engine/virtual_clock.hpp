@@ -17,8 +17,9 @@ class VirtualClock {
  public:
   /// Makes the nodes. Throws InputError with the node's name where a node refuses its input.
   /// `measure_cpu`: time every step by the thread's CPU clock.
-  /// `external` and `inputs`: see Dispatcher.
-  VirtualClock(const Plan& plan, bool measure_cpu, std::vector<bool> external = {}, ExternalInputs* inputs = nullptr);
+  /// `external` and `inputs`: see Dispatcher; `meter`: see PlanNodes.
+  VirtualClock(const Plan& plan, bool measure_cpu, std::vector<bool> external = {}, ExternalInputs* inputs = nullptr,
+               NodeMeter* meter = nullptr);
 
   /// From now on keeps what each step took. Needs `measure_cpu`; before the first step.
   void keep_step_times() { step_times_.resize(plan_.nodes.size()); }

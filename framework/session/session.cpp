@@ -131,7 +131,8 @@ class Session::Run {
     } else if (plan.graph.clock == Clock::real) {
       live = load_live_library().make(plan);
     } else {
-      own_clock = std::make_unique<VirtualClock>(plan, options.measure_cpu);
+      own_clock =
+          std::make_unique<VirtualClock>(plan, options.measure_cpu, std::vector<bool>{}, nullptr, options.meter);
       if (options.keeps_step_times) own_clock->keep_step_times();
       clock = own_clock.get();
     }

@@ -34,6 +34,8 @@ struct SessionOptions {
   /// a replay (Declare::in_replay), so a run that only measures or draws a graph leaves no trace. Outside of a replay,
   /// a note (PlanNodes::notes) names each value of the graph that is ignored.
   bool keeps_tables = false;
+  /// Under the virtual clock: is told of the work of each node (see NodeMeter), and outlives the session; null: nobody.
+  NodeMeter* meter = nullptr;
 };
 
 /// The place of an output in a plan: the index of its node, and its index among the node's outputs.

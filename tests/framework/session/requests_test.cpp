@@ -2,6 +2,8 @@
 #include <atomic>
 #include <boost/test/unit_test.hpp>
 #include <chrono>
+#include <map>
+#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -238,6 +240,39 @@ BOOST_AUTO_TEST_CASE(a_request_holds_from_the_next_millisecond_on_however_time_i
       BOOST_TEST((cut[i].now == whole[i].now));
       BOOST_TEST(cut[i].value == whole[i].value);
     }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_meter_is_told_of_each_step_of_a_run_whose_nodes_set_each_other_and_changes_nothing) {
+  struct Counts final : NodeMeter {
+    std::map<std::pair<std::size_t, Work>, std::uint64_t> done;
+    std::optional<std::pair<std::size_t, Work>> under_way;
+    void begin(std::size_t node, Work work) override {
+      BOOST_TEST(!under_way);
+      under_way = {node, work};
+    }
+    void end(std::size_t node, Work work) override {
+      BOOST_TEST((under_way == std::pair{node, work}));
+      under_way.reset();
+      ++done[{node, work}];
+    }
+  };
+  using Work = NodeMeter::Work;
+  AskingPlan asking(Clock::virtual_);
+  Counts counts;
+  Session session(asking.plan, {.meter = &counts});
+  session.start();
+  while (session.is_running()) session.advance(Duration{request_ms});
+  session.finish();
+  const std::vector<Keep::Entry> plain = kept_in_parts_of(Duration{request_ms});
+  const auto& kept = dynamic_cast<const Keep&>(session.nodes()[2]).kept;
+  BOOST_REQUIRE(kept.size() == plain.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) BOOST_TEST(kept[i].value == plain[i].value);
+  BOOST_TEST(kept.back().value == 1200);
+  for (std::size_t n = 0; n < asking.plan.nodes.size(); ++n) {
+    BOOST_TEST((counts.done[{n, Work::make}]) == 1U);
+    BOOST_TEST((counts.done[{n, Work::start}]) == 1U);
+    BOOST_TEST((counts.done[{n, Work::step}]) == session.node_statistics(n).steps);
   }
 }
 
