@@ -28,52 +28,80 @@ double square_sum_about(std::span<const double> values, double centre) {
   return sum;
 }
 
+/// What sums of thousands of terms lose, relative to their size; no metric resolves as little.
+constexpr double relative_rounding = 1e-12;
+
+/// True where the values differ by more than the rounding of numbers of the size `scale`.
+bool has_spread(std::span<const double> values, double scale) {
+  if (values.size() < 2) return false;
+  const auto [low, high] = std::minmax_element(values.begin(), values.end());
+  return *high - *low > relative_rounding * scale;
+}
+
+double largest_size(std::span<const double> values) {
+  double size = 0;
+  for (const double v : values) size = std::max(size, std::abs(v));
+  return size;
+}
+
 /// Half of the 95 % confidence interval of the mean, for two values and more.
 double half_interval(std::span<const double> values) {
   const auto n = static_cast<double>(values.size());
   return boost::math::quantile(StudentsT(n - 1), 0.975) * standard_deviation(values) / std::sqrt(n);
 }
 
-/// Two-sided p of the Wilcoxon signed-rank test over non-zero differences.
-double signed_rank_p(std::vector<double> differences) {
+/// Non-zero differences, ranked by size; equal sizes share their mean rank.
+struct SignedRanks {
+  std::vector<std::size_t> twice;  ///< twice the rank of each, a whole number
+  std::size_t twice_positive = 0;  ///< twice the sum of the ranks of those above zero
+};
+
+SignedRanks signed_ranks(std::vector<double> differences) {
   std::erase(differences, 0.0);
-  const std::size_t n = differences.size();
-  if (n == 0) return 1.0;
   std::sort(differences.begin(), differences.end(), [](double a, double b) { return std::abs(a) < std::abs(b); });
-  double positive = 0;
-  double tie_correction = 0;
-  bool ties = false;
+  SignedRanks ranks;
+  const std::size_t n = differences.size();
   for (std::size_t i = 0; i < n;) {
     std::size_t j = i;
     while (j < n && std::abs(differences[j]) == std::abs(differences[i])) ++j;
-    const double rank = 0.5 * (static_cast<double>(i + 1) + static_cast<double>(j));
-    const double count = static_cast<double>(j - i);
-    ties = ties || j - i > 1;
-    tie_correction += count * count * count - count;
     for (std::size_t k = i; k < j; ++k) {
-      if (differences[k] > 0) positive += rank;
+      ranks.twice.push_back(i + 1 + j);
+      if (differences[k] > 0) ranks.twice_positive += i + 1 + j;
     }
     i = j;
   }
-  const double total = 0.5 * static_cast<double>(n) * static_cast<double>(n + 1);
-  const double smaller = std::min(positive, total - positive);
-  if (!ties && n <= 25) {
-    // The number of sign patterns for each rank sum, by adding one rank at a time.
-    std::vector<double> ways(static_cast<std::size_t>(total) + 1, 0.0);
-    ways[0] = 1;
+  return ranks;
+}
+
+/// Two-sided p of the Wilcoxon signed-rank test; 1 for no ranks.
+double signed_rank_p(const SignedRanks& ranks) {
+  constexpr std::size_t most_exact = 200;
+  const std::size_t total = std::accumulate(ranks.twice.begin(), ranks.twice.end(), std::size_t{0});
+  const std::size_t smaller = std::min(ranks.twice_positive, total - ranks.twice_positive);
+  if (ranks.twice.size() <= most_exact) {
+    // The chance of each sum when every sign is tossed, by adding one rank at a time.
+    std::vector<double> chance(total + 1, 0.0);
+    chance[0] = 1;
     std::size_t reach = 0;
-    for (std::size_t rank = 1; rank <= n; ++rank) {
+    for (const std::size_t rank : ranks.twice) {
+      for (std::size_t sum = 0; sum <= reach; ++sum) chance[sum] *= 0.5;
+      for (std::size_t sum = reach + 1; sum-- > 0;) chance[sum + rank] += chance[sum];
       reach += rank;
-      for (std::size_t sum = reach; sum >= rank; --sum) ways[sum] += ways[sum - rank];
     }
-    double below = 0;
-    for (std::size_t sum = 0; sum <= static_cast<std::size_t>(smaller); ++sum) below += ways[sum];
-    return std::min(1.0, 2.0 * below / std::pow(2.0, static_cast<double>(n)));
+    const auto end = chance.begin() + static_cast<std::ptrdiff_t>(smaller + 1);
+    return std::min(1.0, 2.0 * std::accumulate(chance.begin(), end, 0.0));
   }
-  const double m = static_cast<double>(n);
-  const double variance = m * (m + 1) * (2 * m + 1) / 24.0 - tie_correction / 48.0;
-  const double z = (smaller - 0.5 * total + 0.5) / std::sqrt(variance);
-  return std::min(1.0, 2.0 * boost::math::cdf(Normal(), z));
+  double variance = 0;  // of twice the sum
+  for (const std::size_t rank : ranks.twice) variance += 0.25 * static_cast<double>(rank) * static_cast<double>(rank);
+  const double below = static_cast<double>(smaller) - 0.5 * static_cast<double>(total) + 1;
+  return std::min(1.0, 2.0 * boost::math::cdf(Normal(), below / std::sqrt(variance)));
+}
+
+/// How pairs of values of the size `scale` are alike.
+Identical how_identical(std::span<const double> a, std::span<const double> b, double scale) {
+  const auto equal = [scale](double x, double y) { return std::abs(y - x) <= relative_rounding * scale; };
+  if (std::equal(a.begin(), a.end(), b.begin(), equal)) return Identical::groups;
+  return has_spread(a, scale) || has_spread(b, scale) ? Identical::no : Identical::pairs;
 }
 
 }  // namespace
@@ -98,7 +126,8 @@ double mean(std::span<const double> values) {
 }
 
 double standard_deviation(std::span<const double> values) {
-  if (values.size() < 2) return 0;
+  // The mean of equal values may be rounded, which is no deviation.
+  if (!has_spread(values, 0)) return 0;
   return std::sqrt(square_sum_about(values, mean(values)) / static_cast<double>(values.size() - 1));
 }
 
@@ -109,6 +138,8 @@ std::optional<Anova> one_way_anova(std::span<const double> a, std::span<const do
   const auto n_a = static_cast<double>(a.size());
   const auto n_b = static_cast<double>(b.size());
   const double grand = (n_a * mean_a + n_b * mean_b) / (n_a + n_b);
+  const double size = std::max(largest_size(a), largest_size(b));
+  if (!has_spread(a, size) && !has_spread(b, size)) return std::nullopt;
   const double between = n_a * (mean_a - grand) * (mean_a - grand) + n_b * (mean_b - grand) * (mean_b - grand);
   const double within = square_sum_about(a, mean_a) + square_sum_about(b, mean_b);
   Anova result;
@@ -122,7 +153,8 @@ std::optional<Anova> one_way_anova(std::span<const double> a, std::span<const do
 std::optional<GeometricMean> geometric_mean(std::span<const double> logs) {
   const double centre = mean(logs);
   if (!std::isfinite(centre)) return std::nullopt;
-  const double half = logs.size() < 2 ? std::numeric_limits<double>::quiet_NaN() : half_interval(logs);
+  // A ratio has a rounding of its own, whatever it is.
+  const double half = has_spread(logs, 1 + largest_size(logs)) ? half_interval(logs) : std::nan("");
   return GeometricMean{logs.size(), std::exp(centre), std::exp(centre - half), std::exp(centre + half)};
 }
 
@@ -131,15 +163,21 @@ std::optional<PairedDifference> paired_difference(std::span<const double> a, std
   if (a.size() < 2) return std::nullopt;
   std::vector<double> differences(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) differences[i] = b[i] - a[i];
+  if (!std::all_of(differences.begin(), differences.end(), [](double d) { return std::isfinite(d); })) {
+    return std::nullopt;
+  }
   PairedDifference result;
   result.pairs = a.size();
+  const double scale = std::max(largest_size(a), largest_size(b));
+  result.identical = how_identical(a, b, scale);
   result.mean = mean(differences);
-  const double sd = standard_deviation(differences);
-  const double half = half_interval(differences);
-  result.low = result.mean - half;
-  result.high = result.mean + half;
-  result.effect_size = sd > 0 ? result.mean / sd : 0.0;
-  result.p_wilcoxon = signed_rank_p(differences);
+  if (result.identical != Identical::no) return result;
+  if (has_spread(differences, scale)) {
+    const double half = half_interval(differences);
+    result.interval = Interval{result.mean - half, result.mean + half};
+    if (result.pairs >= fewest_for_effect) result.effect_size = result.mean / standard_deviation(differences);
+  }
+  result.p_wilcoxon = signed_rank_p(signed_ranks(std::move(differences)));
   return result;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 
@@ -12,7 +13,7 @@ double median(std::span<const double> values);
 /// The value below which the share `q` in [0, 1] lies, linearly interpolated between order statistics. NaN for none.
 double quantile(std::span<const double> values, double q);
 double mean(std::span<const double> values);
-/// Sample standard deviation (divisor n - 1); 0 for fewer than two.
+/// Sample standard deviation (divisor n - 1); 0 for fewer than two, and for equal ones.
 double standard_deviation(std::span<const double> values);
 
 /// One-way analysis of variance between two groups of samples.
@@ -22,27 +23,47 @@ struct Anova {
   double df_between = 1;
   double df_within = 0;
 };
-/// Absent where a group has fewer than two values or nothing varies within the groups.
+/// Absent where a group has fewer than two values, or where nothing varies within the groups beyond rounding.
 /// The test takes its samples for independent; samples of a time series are not, see PairedDifference.
 std::optional<Anova> one_way_anova(std::span<const double> a, std::span<const double> b);
+
+/// How the pairs of two groups are alike, so that they say nothing of chance.
+enum class Identical : std::uint8_t {
+  no,
+  groups,  ///< b equals a in every pair, to rounding
+  pairs,   ///< all pairs are copies of one: no group varies beyond rounding
+};
+
+/// A 95 % confidence interval.
+struct Interval {
+  double low = 0;
+  double high = 0;
+};
+
+/// The fewest pairs of which an effect size is told: of fewer, chance alone makes large ones, and no p is below .05.
+inline constexpr std::size_t fewest_for_effect = 6;
 
 /// The difference b - a over pairs (one pair a seed).
 struct PairedDifference {
   std::size_t pairs = 0;
+  Identical identical = Identical::no;
   double mean = 0;
-  double low = 0;  ///< 95 % confidence interval of the mean, Student t
-  double high = 0;
-  double effect_size = 0;  ///< Cohen's d of the differences: mean / standard deviation
-  double p_wilcoxon = 1;   ///< signed-rank test, two-sided; exact up to 25 pairs without ties, else normal
+  std::optional<Interval> interval;  ///< of the mean, Student t; absent where the differences have no spread
+  /// Cohen's d_z, mean / standard deviation; absent without spread, and for fewer than `fewest_for_effect` pairs.
+  std::optional<double> effect_size;
+  /// Signed-rank test of Wilcoxon, two-sided. Zero differences are left out (Wilcoxon's own way), equal sizes share
+  /// their mean rank. Counted over all sign patterns, which is exact with ties too, up to 200 pairs; above by the
+  /// normal distribution. Absent for identical ones.
+  std::optional<double> p_wilcoxon;
 };
-/// Absent for fewer than two pairs.
+/// Absent for fewer than two pairs, and where a value is not finite.
 std::optional<PairedDifference> paired_difference(std::span<const double> a, std::span<const double> b);
 
 /// The geometric mean of ratios, and its 95 % confidence interval: that of the mean of their logarithms, Student t.
 struct GeometricMean {
   std::size_t count = 0;
   double ratio = 1;
-  double low = 0;  ///< NaN, as is `high`, where there is one ratio alone, which has no interval
+  double low = 0;  ///< NaN, as is `high`, where the ratios have no spread: one alone, or copies of one
   double high = 0;
 };
 /// Of the ratios exp(logs_i). Absent for none, or where one is not finite.

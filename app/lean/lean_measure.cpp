@@ -90,8 +90,9 @@ const LeanMeasure::Truth& LeanMeasure::truth(std::uint64_t seed) {
   const auto go_on = [this](double) { return !options_.interrupted(); };
   Truth truth;
   try {
-    truth.reference =
-        cached_reference(make_plan(prepared(original_, seed)), {options_.cache_folder, go_on, options_.note});
+    const Plan plan = make_plan(prepared(original_, seed));
+    truth.plan = make_reference_plan(plan);
+    truth.reference = cached_reference(plan, {options_.cache_folder, go_on, options_.note});
   } catch (const RunError&) {
     if (options_.interrupted()) throw Interrupted();
     throw;
@@ -107,6 +108,9 @@ LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, co
   control_us_.push_back(measure_control());
   Session session(plan, {.measure_cpu = true});
   run_to_end(session, options_.interrupted);
+  const ReferenceRate rate = rate_of(truth.reference, &truth.plan, plan, session.now() - Time{},
+                                     [&](std::size_t edge) { return session.edge_statistics(edge).delivered; });
+  if (!rate.too_coarse.empty()) throw InputError(graph.file.string() + ": no error can be told: " + rate.too_coarse);
   set_reference(session.nodes(), truth.reference);
   const Time warm_since = warm_since_of(session.nodes(), truth.judged_from);
   Report report;

@@ -77,6 +77,7 @@ class LeanMeasure {
     Time warm_since;
   };
   struct Truth {
+    Plan plan;  // that made it
     Reference reference;
     std::optional<double> torque;     // N m, RMS; none where the original has none
     std::optional<Time> judged_from;  // when the original's nodes are warm; nothing before it has run

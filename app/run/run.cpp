@@ -60,26 +60,39 @@ NodeCost node_cost(const NodeSpec& spec, const NodeStatistics& metrics) {
   return cost;
 }
 
-/// Gives the nodes what judges the run: the recording, else the reference run or the one in the cache. Sets
-/// `interrupted`, and throws RunError, where it is told not to go on.
-void find_reference(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded,
-                    PlanNodes& nodes, ReferenceCost& cost, bool& interrupted) {
-  if (recorded) return set_reference(nodes, *recorded);
-  const Plan& referred = options.reference != nullptr ? *options.reference : plan;
-  const Plan reference_plan = make_reference_plan(referred);
-  if (reference_plan.nodes.empty()) return;
-  const auto go_on = [&options, &interrupted](double share) {
-    interrupted = options.progress && !options.progress(share, "reference run");
-    return !interrupted;
+/// The recording that judges the run, else its reference run or the one in the cache; none where no sink asks for one.
+/// Sets `interrupted`, and throws RunError, where it is told not to go on.
+std::optional<Reference> find_reference(const Plan& referred, const Plan& reference_plan, const RunOptions& options,
+                                        const PlanNodes& nodes, RunResult& result) {
+  if (reference_plan.nodes.empty()) return std::nullopt;
+  const auto go_on = [&options, &result](double share) {
+    result.reference_interrupted = options.progress && !options.progress(share, "reference run");
+    return !result.reference_interrupted;
   };
-  cost.made = true;
+  ReferenceUse& use = result.reference;
+  use.made = true;
   const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
-  if (must_be_followed(nodes)) {
-    set_reference(nodes, run_reference(reference_plan, &nodes, go_on));
-  } else {
-    set_reference(nodes, cached_reference(referred, {options.cache_folder, go_on, options.note}, &cost.cached));
-  }
-  cost.cpu_s = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
+  std::optional<Reference> reference =
+      must_be_followed(nodes) ? run_reference(reference_plan, &nodes, go_on)
+                              : cached_reference(referred, {options.cache_folder, go_on, options.note}, &use.cached);
+  use.cpu_s = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
+  return reference;
+}
+
+/// Gives the nodes what judges the run, where that is finer than the run.
+void give_reference(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded,
+                    PlanNodes& nodes, RunResult& result) {
+  const Plan& referred = options.reference != nullptr ? *options.reference : plan;
+  const Plan reference_plan = recorded ? Plan{} : make_reference_plan(referred);
+  const std::optional<Reference> reference =
+      recorded ? recorded : find_reference(referred, reference_plan, options, nodes, result);
+  if (!reference) return;
+  const ReferenceRate rate =
+      rate_of(*reference, recorded ? nullptr : &reference_plan, plan, Duration::from_seconds(result.duration_s),
+              [&](std::size_t edge) { return result.edges[edge].metrics.delivered; });
+  result.reference.rate_hz = rate.hz;
+  result.reference.too_coarse = rate.too_coarse;
+  if (rate.too_coarse.empty()) set_reference(nodes, *reference);
 }
 
 /// Does what may fail while running; the first failure is the run's, which keeps what it has up to there.
@@ -106,7 +119,7 @@ void judge(const Plan& plan, const RunOptions& options, const std::optional<Refe
            RunResult& result) {
   if (nodes != nullptr && !result.interrupted && !result.failure && !options.without_reference) {
     try {
-      find_reference(plan, options, recorded, *nodes, result.reference, result.reference_interrupted);
+      give_reference(plan, options, recorded, *nodes, result);
     } catch (const RunError& error) {
       // The run itself is over and keeps its metrics; those against the reference are left out.
       if (!result.reference_interrupted) result.failure = error.what();
@@ -120,6 +133,9 @@ void judge(const Plan& plan, const RunOptions& options, const std::optional<Refe
   report.judge_from(result.judged_from);
   report.begin("", program_metrics());
   if (result.warmth.since) report.set("warm_from_s", result.warmth.since->seconds());
+  if (result.reference.rate_hz > 0) report.set("reference.rate_hz", result.reference.rate_hz);
+  if (const std::string& why = result.reference.too_coarse; !why.empty())
+    report.remark(why + "; so there are no errors");
   report.set("refits", 0);
   report.add("fallbacks", 0);
   for (std::size_t i = 0; nodes != nullptr && i < plan.nodes.size(); ++i) {
@@ -317,6 +333,16 @@ const Series* RunResult::curve(std::string_view name) const {
     if (s.name == name) return &s;
   }
   return nullptr;
+}
+
+std::string first_difference(const RunResult& a, const RunResult& b) {
+  if (a.metrics.size() != b.metrics.size()) return "the number of metrics";
+  for (std::size_t i = 0; i < a.metrics.size(); ++i) {
+    const auto& [name, value] = a.metrics[i];
+    const bool same = value == b.metrics[i].second || (std::isnan(value) && std::isnan(b.metrics[i].second));
+    if (name != b.metrics[i].first || !same) return name;
+  }
+  return {};
 }
 
 RunResult execute(const Plan& plan, const RunOptions& options) {

@@ -37,11 +37,13 @@ struct EdgeResult {
   EdgeStatistics metrics;
 };
 
-/// How the reference run came about.
-struct ReferenceCost {
+/// How the reference came about.
+struct ReferenceUse {
   bool made = false;  ///< the graph has a sink that asked for one
   bool cached = false;
   double cpu_s = 0;
+  double rate_hz = 0;      ///< how often the truth is known a second; 0: there is none
+  std::string too_coarse;  ///< why it judges nothing (see ReferenceRate), else empty
 };
 
 /// A finished run.
@@ -61,7 +63,7 @@ struct RunResult {
   std::optional<LiveStatus> live;           ///< how it ended, where its clock was real
   std::optional<FollowerFigures> follower;  ///< of the reference that followed it, where one did
   std::uint64_t record_dropped = 0;         ///< messages that the recording could not take in time
-  ReferenceCost reference;
+  ReferenceUse reference;
   Warmth warmth;     ///< of its nodes
   Time judged_from;  ///< what the metrics leave out before `settle`: until all nodes were warm, or what the options say
   std::vector<std::pair<std::string, double>> metrics;  ///< by dotted name
@@ -82,6 +84,9 @@ struct RunResult {
   /// The curve of that name, or null.
   [[nodiscard]] const Series* curve(std::string_view name) const;
 };
+
+/// The name of a metric in which two runs differ; empty where there is none.
+std::string first_difference(const RunResult& a, const RunResult& b);
 
 /// Looks at a run while it goes on, on its thread.
 class RunWatcher {

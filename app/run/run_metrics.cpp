@@ -77,6 +77,9 @@ const std::vector<MetricInfo>& program_metrics() {
       {"drops", "1", "messages that queues dropped", Better::lower},
       {"warm_from_s", "s", "when the last of the nodes was warm", Better::neither, false,
        "a node is not warm when the run ends"},
+      {"reference.rate_hz", "Hz",
+       "how often the truth is known: results a second of the reference run or the recording", Better::neither, false,
+       "nothing judges the run"},
   };
   return metrics;
 }

@@ -14,7 +14,7 @@ namespace tactor {
 /// another meaning unseen. docs/reference/metrics.md has the definitions.
 inline constexpr int metric_definitions = 3;
 
-/// Of every run: refits, fallbacks, drops, warm_from_s.
+/// Of every run: refits, fallbacks, drops, warm_from_s, reference.rate_hz.
 const std::vector<MetricInfo>& program_metrics();
 /// Of every run whose clock is real: record_drops, stalled.
 const std::vector<MetricInfo>& live_metrics();

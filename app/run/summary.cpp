@@ -90,8 +90,11 @@ Json to_json(const RunResult& result) {
         {"p50", age.p50.microseconds()}, {"p99", age.p99.microseconds()}, {"max", age.max.microseconds()}};
   }
   if (result.live && !result.live->missing.empty()) json["missing_privileges"] = result.live->missing;
+  if (!result.reference.too_coarse.empty()) json["reference_too_coarse"] = result.reference.too_coarse;
   if (result.reference.made) {
-    json["reference_run"] = {{"cached", result.reference.cached}, {"cpu_s", result.reference.cpu_s}};
+    json["reference_run"] = {{"cached", result.reference.cached},
+                             {"cpu_s", result.reference.cpu_s},
+                             {"rate_hz", number_json(result.reference.rate_hz)}};
   }
   json["chosen"] = Json::array();
   for (const Chosen& c : result.chosen) {

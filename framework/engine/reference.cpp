@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <deque>
 #include <limits>
@@ -9,6 +10,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/engine/virtual_clock.hpp"
+#include "framework/yaml/yaml_values.hpp"
 
 namespace tactor {
 
@@ -223,6 +225,68 @@ bool must_be_followed(const PlanNodes& nodes) {
     if (nodes[i].must_be_followed()) return true;
   }
   return false;
+}
+
+namespace {
+
+std::string in_hz(double rate) {
+  return number_text(std::round(10 * rate) / 10) + " Hz";
+}
+
+/// The slowest node that steps as often in the reference run as in the run under test, and less often than the others;
+/// empty where there is none.
+std::string held_node(const Plan& reference, const Plan& tested) {
+  const NodeSpec* slowest = nullptr;
+  double lowest = reference_rate;
+  for (const NodeSpec& node : reference.nodes) {
+    if (node.info->sink || !node.info->rate_parameter) continue;
+    const double rate = std::get<double>(node.params[*node.info->rate_parameter]);
+    const auto own = std::find_if(tested.nodes.begin(), tested.nodes.end(),
+                                  [&](const NodeSpec& other) { return other.name == node.name; });
+    const bool is_held = own != tested.nodes.end() && own->info->rate_parameter &&
+                         rate <= std::get<double>(own->params[*own->info->rate_parameter]);
+    if (!is_held || rate >= lowest) continue;
+    slowest = &node;
+    lowest = rate;
+  }
+  if (slowest == nullptr) return {};
+  return "the reference run is no finer than the run: node " + slowest->name + " steps at " + in_hz(lowest) +
+         " in both, because it can step no faster";
+}
+
+}  // namespace
+
+ReferenceRate rate_of(const Reference& reference, const Plan* reference_plan, const Plan& tested, Duration run,
+                      const std::function<std::uint64_t(std::size_t edge)>& delivered) {
+  constexpr double finer = 1.5;
+  struct Arrivals {
+    std::string from;  // `node.port`
+    double run = 0;    // messages
+  };
+  std::map<std::string, Arrivals> inputs;
+  for (std::size_t e = 0; e < tested.edges.size(); ++e) {
+    const EdgeSpec& edge = tested.edges[e].spec;
+    if (!reference.contains(edge.to_node + "." + edge.to_port)) continue;
+    Arrivals& arrivals = inputs[edge.to_node + "." + edge.to_port];
+    arrivals.from = edge.from_node + "." + edge.from_port;
+    arrivals.run += static_cast<double>(delivered(e));
+  }
+  ReferenceRate found;
+  if (run.ns <= 0) return found;
+  if (reference_plan != nullptr) found.too_coarse = held_node(*reference_plan, tested);
+  for (const auto& [input, arrivals] : inputs) {
+    const std::vector<Stamp>& stamps = reference.at(input).stamps;
+    const auto in_time =
+        std::count_if(stamps.begin(), stamps.end(), [&](const Stamp& stamp) { return stamp.valid <= Time{} + run; });
+    const double rate = static_cast<double>(in_time) / run.seconds();
+    const double of_run = arrivals.run / run.seconds();
+    if (found.hz == 0 || rate < found.hz) found.hz = rate;
+    if (!found.too_coarse.empty() || rate >= finer * of_run) continue;
+    found.too_coarse = (reference_plan == nullptr ? "the recording" : "the reference run") +
+                       std::string(" is no finer than the run: ") + arrivals.from + " comes at " + in_hz(rate) +
+                       " in it, and at " + in_hz(of_run) + " in the run";
+  }
+  return found;
 }
 
 void set_reference(PlanNodes& tested, const Reference& reference) {

@@ -37,6 +37,20 @@ Reference run_reference(const Plan& reference_plan, const PlanNodes* tested,
 /// True where one of the nodes asks the reference run to follow it, so that it can't be made beforehand or cached.
 bool must_be_followed(const PlanNodes& nodes);
 
+/// How often the truth is known.
+struct ReferenceRate {
+  double hz = 0;  ///< messages a second at the input of a sink; of several inputs the lowest
+  /// Why it is no finer than the run that it should judge, with the node and its rate; empty where it is finer. A truth
+  /// that is no finer than the run consists of the run's own results, with straight lines between them. It would call
+  /// the method best that draws the same lines.
+  std::string too_coarse;
+};
+/// Of a reference beside the run of `tested`, which took `run` and delivered so many messages on each of its edges. It
+/// is finer where no node of it is held at the rate that it has in the run, and 1.5 times as many messages arrive.
+/// `reference_plan`: the plan that made it; null for a recording.
+ReferenceRate rate_of(const Reference& reference, const Plan* reference_plan, const Plan& tested, Duration run,
+                      const std::function<std::uint64_t(std::size_t edge)>& delivered);
+
 /// Hands the reference to the sinks of a finished run.
 void set_reference(PlanNodes& tested, const Reference& reference);
 

@@ -93,6 +93,13 @@ void check_cycle(const GraphSpec& graph, const std::vector<Wire>& wires, const K
                     "these edges trigger each other without end: " + text + "; give one of them a delay");
 }
 
+/// The rate in a reference run of a node that steps at `own` in the run under test.
+double rate_in_reference(const NodeInfo& info, double own) {
+  const ParamInfo& rate = info.params[*info.rate_parameter];
+  const double least = rate.in_reference ? std::get<double>(*rate.in_reference) : reference_rate;
+  return std::max(own, std::min(least, rate.max));
+}
+
 Plan build(GraphSpec graph, bool reference) {
   std::vector<Chosen> chosen = choose_types(graph);
   const std::vector<Wire> wires = wires_of(graph);
@@ -200,7 +207,11 @@ GraphSpec reference_graph(const Plan& tested) {
     node.cost = {};
     node.scheduling = {};
     for (std::size_t i = 0; i < node.params.size(); ++i) {
-      if (const auto& value = node.info->params[i].in_reference) node.params[i] = *value;
+      if (i == node.info->rate_parameter) {
+        node.params[i] = rate_in_reference(*node.info, std::get<double>(node.params[i]));
+      } else if (const auto& value = node.info->params[i].in_reference) {
+        node.params[i] = *value;
+      }
     }
     graph.nodes.push_back(std::move(node));
   }

@@ -55,9 +55,14 @@ struct Plan {
 /// cycles of triggers without a delay and for required inputs that nothing feeds.
 Plan make_plan(GraphSpec graph);
 
+/// Nodes with a rate step so often a second in a reference run, or more often.
+inline constexpr double reference_rate = 10000;
+
 /// The plan of the run that `tested` is compared with: only what feeds the `reference` inputs of its sinks, no costs,
-/// no lanes, no recordings, and the parameters that declare a value for it (10 kHz physics, no encoder step). Empty
-/// nodes where no sink asks for a reference.
+/// no lanes, no recordings, and the parameters that declare a value for it (no encoder step). Nodes with a rate step at
+/// `reference_rate`, or at their own where that is faster. None exceeds the bound of its parameter. One whose rate
+/// declares another value steps at that one, or at its own; so 0 keeps it at its own, as data need that come at one
+/// rate. Empty nodes where no sink asks for a reference.
 Plan make_reference_plan(const Plan& tested);
 /// The graph of that plan; no nodes where no sink asks for a reference.
 GraphSpec reference_graph(const Plan& tested);

@@ -128,6 +128,7 @@ void add_params(NodeInfo& info, const py::object& declared) {
     const auto [name, param] = one.cast<std::pair<std::string, py::object>>();
     if (param.attr("rate").cast<bool>()) info.rate_parameter = info.params.size();
     info.params.push_back(param_from(name, param));
+    if (param.attr("fixed").cast<bool>()) info.params.back().in_reference = 0.0;  // see make_reference_plan
     tunable = tunable || info.params.back().tunable;
   }
   if (!tunable) return;

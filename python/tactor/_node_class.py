@@ -94,6 +94,7 @@ class _Parameter:
     tunable: bool
     doc: str
     rate: bool = False
+    fixed: bool = False  # of a rate
 
 
 def Parameter(
@@ -140,10 +141,16 @@ def Parameter(
     return _Parameter(default, kind, unit, low, high, tuple(choices), tunable, doc)
 
 
-def Rate(default: float | None = None, *, min: float = 1e-3, max: float = 1e5, doc: str = "how often it steps") -> Any:
-    """A parameter in Hz: the node steps at this rate."""
+def Rate(default: float | None = None, *, min: float = 1e-3, max: float = 1e5, fixed: bool = False, doc: str = "how often it steps") -> Any:
+    """A parameter in Hz: the node steps at this rate.
+
+    In a reference run it is 10 kHz, or the graph's where that is faster, or `max` where that is slower: the truth has to
+    be finer than the run. So take the time of a step from `step.now` or from the rate, never from a constant.
+    fixed: the node can step no faster, because its data come at that rate, say. No reference can then judge its runs.
+    """
     made = Parameter(default, type=float, unit="Hz", min=min, max=max, doc=doc)
     made.rate = True
+    made.fixed = fixed
     return made
 
 

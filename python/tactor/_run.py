@@ -74,6 +74,12 @@ class Result:
         return found
 
     @property
+    def not_judged(self) -> Optional[str]:
+        """Why no error is told: the reference is no finer than the run. None where it is finer, or nothing asks for one."""
+        found: Optional[str] = self.summary.get("reference_too_coarse")
+        return found
+
+    @property
     def series(self) -> Dict[str, Messages]:
         """The curves of the report, by name: structured arrays of `time` (s) and `value`, with `.units`."""
         return {name: curve(name, unit, time, value) for name, (unit, time, value) in self._result.series.items()}

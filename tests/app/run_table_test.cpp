@@ -33,6 +33,7 @@ RunRecord record(std::size_t number) {
   r.result.series = {{"one_step_error", "N", {0, 1}, {0.25, -0.5}}};
   r.result.chosen = {{"collision", "collision.auto", "collision.sdf", "it is a mesh"}};
   r.result.left_out = {{"torque", "nothing turns"}};
+  r.result.reference.too_coarse = "node slow steps at 60 Hz in both";
   return r;
 }
 
@@ -83,6 +84,7 @@ BOOST_AUTO_TEST_CASE(runs_are_read_as_they_were_added) {
   BOOST_TEST(whole.result.series[0].value == record(1).result.series[0].value, boost::test_tools::per_element());
   BOOST_TEST(whole.result.chosen[0].why == "it is a mesh");
   BOOST_TEST(whole.result.left_out[0].what == "torque");
+  BOOST_TEST(whole.result.reference.too_coarse == "node slow steps at 60 Hz in both");
 }
 
 BOOST_AUTO_TEST_CASE(a_killed_writer_loses_nothing_that_was_added) {

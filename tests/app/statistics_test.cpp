@@ -1,11 +1,14 @@
-// Statistics against brute force, against each other's closed relations and against published quantiles.
+// Statistics against brute force, against each other's closed relations and against published quantiles. A test beside
+// this one has scipy compute them.
 #include "app/statistics.hpp"
 
+#include <algorithm>
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <numeric>
+#include <set>
 #include <vector>
 
 using namespace tactor;
@@ -28,6 +31,47 @@ double t_tail(double t, double df) {
   double sum = 0.5 * (density(0) + density(t));
   for (int i = 1; i < steps; ++i) sum += density(t * i / steps);
   return 1.0 - 2.0 * sum * t / steps;
+}
+
+std::vector<double> nonzero_differences(const std::vector<double>& a, const std::vector<double>& b) {
+  std::vector<double> d;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    if (b[i] != a[i]) d.push_back(b[i] - a[i]);
+  }
+  return d;
+}
+
+bool has_zeros(const std::vector<double>& a, const std::vector<double>& b) {
+  return nonzero_differences(a, b).size() < a.size();
+}
+
+bool has_ties(const std::vector<double>& a, const std::vector<double>& b) {
+  std::set<double> sizes;
+  const std::vector<double> d = nonzero_differences(a, b);
+  for (const double v : d) sizes.insert(std::abs(v));
+  return sizes.size() < d.size();
+}
+
+/// Twice the chance of a sum of positive ranks as far out as that of b - a, over all signs of the differences.
+double p_by_all_signs(const std::vector<double>& a, const std::vector<double>& b) {
+  const std::vector<double> d = nonzero_differences(a, b);
+  std::vector<double> ranks;
+  for (const double v : d) {
+    double rank = 0.5;
+    for (const double other : d) rank += std::abs(other) < std::abs(v) ? 1 : std::abs(other) == std::abs(v) ? 0.5 : 0;
+    ranks.push_back(rank);
+  }
+  double found = 0;
+  for (std::size_t i = 0; i < d.size(); ++i) found += d[i] > 0 ? ranks[i] : 0;
+  const unsigned patterns = 1U << d.size();
+  unsigned below = 0, above = 0;
+  for (unsigned pattern = 0; pattern < patterns; ++pattern) {
+    double sum = 0;
+    for (std::size_t i = 0; i < d.size(); ++i) sum += (pattern >> i & 1U) * ranks[i];
+    below += sum <= found;
+    above += sum >= found;
+  }
+  return std::min(1.0, 2.0 * std::min(below, above) / patterns);
 }
 
 }  // namespace
@@ -103,7 +147,97 @@ BOOST_AUTO_TEST_CASE(signed_rank_p_is_the_count_over_all_sign_patterns) {
   const std::vector<double> zero(d.size(), 0.0);
   const auto paired = paired_difference(zero, d);
   BOOST_REQUIRE(paired);
-  BOOST_TEST(std::abs(paired->p_wilcoxon - extreme / 256.0) < 1e-12);
+  BOOST_TEST(std::abs(paired->p_wilcoxon.value() - extreme / 256.0) < 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(signed_rank_p_is_that_count_with_ties_and_zeros_too_and_never_below_the_least_possible) {
+  boost::random::mt19937_64 engine(52);
+  int with_ties = 0, with_zeros = 0;
+  for (int table = 0; table < 2000; ++table) {
+    const std::size_t n = 2 + engine() % 10;
+    const auto most = static_cast<std::int64_t>(1 + engine() % 6);
+    std::vector<double> a(n), b(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      a[i] = 100 + static_cast<double>(i);  // exact sums, so that equal sizes are ties
+      b[i] = a[i] + static_cast<double>(static_cast<std::int64_t>(engine() % (2 * most + 1)) - most);
+    }
+    const auto paired = paired_difference(a, b);
+    BOOST_REQUIRE(paired);
+    const double p = p_by_all_signs(a, b);
+    with_ties += has_ties(a, b);
+    with_zeros += has_zeros(a, b);
+    if (paired->identical == Identical::groups) {
+      BOOST_TEST(!paired->p_wilcoxon);
+      continue;
+    }
+    BOOST_REQUIRE(paired->p_wilcoxon);
+    BOOST_TEST(std::abs(*paired->p_wilcoxon - p) < 1e-12);
+    BOOST_TEST(*paired->p_wilcoxon >= std::ldexp(2.0, -static_cast<int>(n)));
+    BOOST_TEST(paired->effect_size.has_value() == (n >= fewest_for_effect && paired->interval.has_value()));
+  }
+  BOOST_TEST(with_ties > 1000);
+  BOOST_TEST(with_zeros > 500);
+}
+
+BOOST_AUTO_TEST_CASE(pairs_that_are_copies_of_one_tell_a_mean_alone) {
+  // The mean of such differences is rounded, so that a standard deviation by the formula is 1e-17 and not 0.
+  const std::vector<double> a(6, 0.1), b(6, 0.1 + 0.0717);
+  const auto pairs = paired_difference(a, b);
+  BOOST_REQUIRE(pairs);
+  BOOST_TEST((pairs->identical == Identical::pairs));
+  BOOST_TEST(std::abs(pairs->mean - 0.0717) < 1e-15);
+  const std::vector<double> varies = draw(8, 0.0, 4);
+  const auto groups = paired_difference(varies, varies);
+  BOOST_TEST((groups->identical == Identical::groups));
+  // Rounding makes no difference.
+  std::vector<double> rounded = varies;
+  for (double& v : rounded) v *= 1 + 1e-15;
+  const auto nearly = paired_difference(varies, rounded);
+  BOOST_TEST((nearly->identical == Identical::groups));
+  for (const auto& found : {pairs, groups, nearly}) {
+    BOOST_TEST(!found->interval);
+    BOOST_TEST(!found->effect_size);
+    BOOST_TEST(!found->p_wilcoxon);
+  }
+  for (const double v : {0.1, 0.3, 1e-9, 7e8}) {
+    BOOST_TEST(standard_deviation(std::vector<double>(7, v)) == 0.0);
+    BOOST_TEST(!one_way_anova(std::vector<double>(7, v), std::vector<double>(7, 2 * v)));
+    const auto ratio = geometric_mean(std::vector<double>(7, std::log(v)));
+    BOOST_TEST(std::abs(ratio->ratio / v - 1) < 1e-12);
+    BOOST_TEST(std::isnan(ratio->low));
+  }
+}
+
+BOOST_AUTO_TEST_CASE(equal_differences_of_groups_that_vary_have_a_p_and_no_effect_size) {
+  const std::vector<double> a{1, 2, 3, 4, 5, 6};
+  std::vector<double> b = a;
+  for (double& v : b) v += 0.5;
+  const auto paired = paired_difference(a, b);
+  BOOST_REQUIRE(paired);
+  BOOST_TEST((paired->identical == Identical::no));
+  BOOST_TEST(!paired->effect_size);
+  BOOST_TEST(!paired->interval);
+  BOOST_TEST(paired->p_wilcoxon.value() == 2.0 / 64);
+}
+
+BOOST_AUTO_TEST_CASE(an_effect_size_needs_six_pairs) {
+  for (std::size_t n = 2; n <= 8; ++n) {
+    const std::vector<double> zero(n, 0.0), d = draw(n, 1.0, 9);
+    const auto paired = paired_difference(zero, d);
+    BOOST_TEST(paired->effect_size.has_value() == (n >= 6));
+    BOOST_TEST(paired->interval.has_value());
+    if (paired->effect_size) BOOST_TEST(std::abs(*paired->effect_size - mean(d) / standard_deviation(d)) < 1e-12);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_value_that_is_not_finite_makes_no_difference_of_means) {
+  const std::vector<double> a(6, 1.0);
+  for (const double bad : {std::nan(""), HUGE_VAL}) {
+    const std::vector<double> b{1, 2, bad, 4, 5, 6};
+    BOOST_TEST(!paired_difference(a, b));
+    BOOST_TEST(!one_way_anova(a, b));
+    BOOST_TEST(!geometric_mean(b));
+  }
 }
 
 BOOST_AUTO_TEST_CASE(the_confidence_interval_uses_students_t) {
@@ -113,21 +247,25 @@ BOOST_AUTO_TEST_CASE(the_confidence_interval_uses_students_t) {
   const auto paired = paired_difference(a, b);
   BOOST_REQUIRE(paired);
   BOOST_TEST(std::abs(paired->mean - 1.0) < 1e-15);
-  BOOST_TEST(std::abs(paired->effect_size - 1.0) < 1e-15);
-  BOOST_TEST(std::abs(paired->high - (1.0 + 2.776445 / std::sqrt(5.0))) < 1e-6);
-  BOOST_TEST(std::abs(paired->low - (1.0 - 2.776445 / std::sqrt(5.0))) < 1e-6);
+  BOOST_REQUIRE(paired->interval);
+  BOOST_TEST(std::abs(paired->interval->high - (1.0 + 2.776445 / std::sqrt(5.0))) < 1e-6);
+  BOOST_TEST(std::abs(paired->interval->low - (1.0 - 2.776445 / std::sqrt(5.0))) < 1e-6);
 }
 
 BOOST_AUTO_TEST_CASE(the_normal_approximation_continues_the_exact_test) {
-  // A tie makes the test take the approximation; nearly the same data without it are counted exactly.
-  std::vector<double> d = draw(24, 0.3, 5);
-  const std::vector<double> zero(d.size(), 0.0);
-  d[1] = d[0] * (1 + 1e-9);
-  const auto exact = paired_difference(zero, d);
-  d[1] = d[0];
-  const auto approximate = paired_difference(zero, d);
-  BOOST_TEST(exact->p_wilcoxon != approximate->p_wilcoxon);
-  BOOST_TEST(std::abs(exact->p_wilcoxon - approximate->p_wilcoxon) < 0.01);
+  // 201 pairs are too many to be counted; without the smallest, whose rank is 1, they are counted.
+  for (const bool tied : {false, true}) {
+    std::vector<double> d = draw(201, 0.1, 5);
+    for (double& v : d) v = tied ? std::round(4 * v) + 0.5 : v;
+    std::swap(d.back(),
+              *std::min_element(d.begin(), d.end(), [](double x, double y) { return std::abs(x) < std::abs(y); }));
+    const std::vector<double> zero(d.size(), 0.0);
+    const double approximate = paired_difference(zero, d)->p_wilcoxon.value();
+    d.pop_back();
+    const double exact = paired_difference(std::vector<double>(200, 0.0), d)->p_wilcoxon.value();
+    BOOST_TEST(exact != approximate);
+    BOOST_TEST(std::abs(exact - approximate) < 0.01);
+  }
 }
 
 BOOST_AUTO_TEST_CASE(quantiles_interpolate_between_order_statistics) {

@@ -73,6 +73,7 @@ BOOST_AUTO_TEST_CASE(metrics_of_a_run_keep_every_bit) {
   record.result.nodes.push_back({"node", "type", Role::collision, 5, 6, 0.1, 0.2, 0.3});
   record.result.chosen.push_back({"a", "b", "c", "d"});
   record.result.left_out.push_back({"what", "why"});
+  record.result.reference.too_coarse = "too slow";
   const auto got = from_message<RunAnswer>(to_message(answer));
   BOOST_REQUIRE(got.record.has_value());
   const RunResult& result = got.record->result;
@@ -93,6 +94,7 @@ BOOST_AUTO_TEST_CASE(metrics_of_a_run_keep_every_bit) {
   BOOST_TEST(result.nodes[0].missed_ticks == 6U);
   BOOST_TEST(result.chosen[0].why == "d");
   BOOST_TEST(result.left_out[0].what == "what");
+  BOOST_TEST(result.reference.too_coarse == "too slow");
   BOOST_TEST(got.cost.waited_for_core_s == 0.5);
   BOOST_TEST(!from_message<RunAnswer>(to_message(RunAnswer{})).record.has_value());
 }

@@ -429,6 +429,101 @@ BOOST_AUTO_TEST_CASE(a_ratio_to_a_first_line_that_lacks_seeds_tells_over_how_man
   BOOST_TEST(json["rows"][1]["against"]["ratio"]["delivered_rms"]["low"].is_number());
 }
 
+namespace {
+
+/// Two rows of so many seeds, whose errors are those of the two functions, by seed.
+Comparison two_rows(std::size_t seeds, double (*first)(std::size_t), double (*second)(std::size_t),
+                    const std::string& too_coarse = {}) {
+  std::vector<RunRecord> records(2 * seeds);
+  std::vector<std::uint64_t> numbers;
+  for (std::size_t s = 0; s < seeds; ++s) numbers.push_back(s);
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    records[r].number = r;
+    RunResult& result = records[r].result;
+    const double error = r < seeds ? first(r) : second(r - seeds);
+    result.metrics = {{"one_step.force.rms_error_N", error}};
+    if (too_coarse.empty()) result.metrics.emplace_back("delivered.force.rms_error_N", error);
+    result.series = {{"one_step_error", "N", {0, 1}, {error, error + 1}}};
+    result.reference.too_coarse = too_coarse;
+  }
+  return make_comparison({{"a.yaml", {}, {}, 0, {}}, {"b.yaml", {}, {}, 0, {}}}, numbers, records, {},
+                         {{"delivered.force.rms_error_N", {"delivered.force.rms_error_N", "N", "", Better::lower}}});
+}
+
+std::string page_of(const Comparison& comparison) {
+  return compare_report(comparison, timing_note(comparison, Repeats{1, 0}), "");
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(seeds_whose_runs_are_identical_are_said_to_be_so_and_tell_a_mean_alone) {
+  const Comparison found = two_rows(
+      6, [](std::size_t) { return 0.1; }, [](std::size_t) { return 0.1717; });
+  const std::string judged = judged_text(found);
+  BOOST_TEST(judged ==
+             "  b: one-step +0.0717 N, the 6 seeds are identical: not tested; delivered +0.0717 N, the 6 seeds "
+             "are identical: not tested\n");
+  const std::string page = page_of(found);
+  for (const std::string& text : {page, comparison_table(found, timing_note(found, Repeats{1, 0}), wide)}) {
+    BOOST_TEST(text.find("the runs of all seeds are identical in each row") != std::string::npos, text);
+    BOOST_TEST(text.find("the 6 seeds are identical: not tested") != std::string::npos, text);
+  }
+  BOOST_TEST(page.find("The runs of all 6 seeds are identical, so it is unknown") != std::string::npos, page);
+  const nlohmann::ordered_json against = to_json(found)["graphs"][1]["against"];
+  BOOST_TEST(!against.contains("one_step_anova"));
+  BOOST_TEST(against["delivered_rms"]["identical"] == "seeds");
+  for (const char* name : {"low_N", "high_N", "effect_size", "p_wilcoxon"})
+    BOOST_TEST(against["delivered_rms"][name].is_null());
+  StudySpec spec;
+  spec.graphs = {"a.yaml"};
+  spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
+  BOOST_TEST(study_table(make_study(spec, found), wide).find("1.717 [-]") != std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(rows_that_are_the_same_in_every_seed_are_said_to_be_so) {
+  const auto varies = [](std::size_t seed) { return 1.0 + static_cast<double>(seed); };
+  const Comparison found = two_rows(7, varies, varies);
+  BOOST_TEST(!found.rows[0].identical_seeds);
+  BOOST_TEST(judged_text(found).find("delivered the same in each of 7 seeds\n") != std::string::npos,
+             judged_text(found));
+  BOOST_TEST(judged_text(found).find("ANOVA F = 0.00, p = 1.00") != std::string::npos, judged_text(found));
+  BOOST_TEST(page_of(found).find("No method is nearer to the reference than the others") != std::string::npos);
+  BOOST_TEST(to_json(found)["graphs"][1]["against"]["delivered_rms"]["identical"] == "rows");
+}
+
+BOOST_AUTO_TEST_CASE(rows_without_a_truth_that_is_finer_than_their_runs_are_not_ranked_and_say_why) {
+  const std::string why = "the reference run is no finer than the run: node dynamics steps at 60 Hz in both";
+  const auto varies = [](std::size_t seed) { return 1.0 + static_cast<double>(seed); };
+  const Comparison found = two_rows(
+      7, varies, [](std::size_t seed) { return 3.0 - 0.1 * static_cast<double>(seed); }, why);
+  BOOST_TEST(judged_text(found) == "  b: not ranked, the reference is no finer than the run\n");
+  const std::string page = page_of(found);
+  BOOST_TEST(page.find("No method is ranked.<br>\nNot ranked, because " + why + ": ") != std::string::npos, page);
+  BOOST_TEST(page.find("aria-label=\"best\"") == std::string::npos);
+  StudySpec spec;
+  spec.graphs = {"a.yaml"};
+  spec.methods = {{"hold", "hold.yaml", {}}, {"line", "line.yaml", {}}};
+  const Study study = make_study(spec, found);
+  for (const ErrorRatio& ratio : study.ratios) {
+    BOOST_TEST(!ratio.delivered);
+    BOOST_TEST(!ratio.one_step);
+  }
+  for (const std::string& text :
+       {page, study_report(study), comparison_table(found, timing_note(found, Repeats{1, 0}), wide)}) {
+    BOOST_TEST(text.find("nothing is ranked: " + why) != std::string::npos, text);
+  }
+  const nlohmann::ordered_json json = to_json(found)["graphs"][1];
+  BOOST_TEST(json["reference_too_coarse"] == why);
+  BOOST_TEST(json["against"]["one_step_rms"].is_null());
+  // One such row among others is left out of the ranking alone.
+  Comparison mixed = two_rows(7, varies, [](std::size_t seed) { return 9.0 + static_cast<double>(seed * seed); });
+  mixed.rows.push_back(found.rows[1]);
+  mixed.rows.back().values = mixed.rows[1].values;
+  const std::string verdict = page_of(mixed);
+  BOOST_TEST(verdict.find("nearest to the reference") != std::string::npos, verdict);
+  BOOST_TEST(verdict.find("1 of 3 rows are not ranked") != std::string::npos, verdict);
+}
+
 BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
   std::vector<RunRecord> records(6);
   const auto fill = [&](std::size_t number, double error) {

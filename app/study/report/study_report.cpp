@@ -160,9 +160,12 @@ void add_difference(std::vector<std::string>& cells, const std::optional<PairedD
     return;
   }
   cells.push_back(fmt::format("{:+.4f}", d->mean));
-  cells.push_back(fmt::format("[{:+.4f}, {:+.4f}]{}", d->low, d->high, over_seeds(d->pairs, seeds)));
-  cells.push_back(fmt::format("{:+.2f}", d->effect_size));
-  cells.push_back(pretty(d->p_wilcoxon));
+  const std::string interval = d->interval ? fmt::format("[{:+.4f}, {:+.4f}]", d->interval->low, d->interval->high)
+                               : d->identical == Identical::no ? std::string("-")
+                                                               : identical_text(*d);
+  cells.push_back(interval + over_seeds(d->pairs, seeds));
+  cells.push_back(d->effect_size ? fmt::format("{:+.2f}", *d->effect_size) : "-");
+  cells.push_back(d->p_wilcoxon ? pretty(*d->p_wilcoxon) : "-");
 }
 
 /// Every row that is compared with another; `against` says which that is.
@@ -178,7 +181,7 @@ std::string significance_table(const Comparison& comparison, const std::string& 
     std::vector<std::string> cells{breakable(row.name()), "-", "-"};
     if (row.one_step_anova) {
       cells[1] = pretty(row.one_step_anova->F) + over_seeds(judged_seeds(comparison, row), seeds);
-      cells[2] = pretty(row.one_step_anova->p);
+      cells[2] = row.one_step_anova->p > 0 ? pretty(row.one_step_anova->p) : "&lt; 1e-300";
     }
     add_difference(cells, row.one_step, seeds);
     add_difference(cells, row.delivered, seeds);
@@ -188,8 +191,10 @@ std::string significance_table(const Comparison& comparison, const std::string& 
   return fmt::format(
       "<h2>Against {}</h2>\n<p>The ANOVA takes every one-step error for an independent sample, as the paper does; "
       "they are not (neighbours are correlated) and F has no sign. The paired differences are over seeds, with their "
-      "95 % confidence interval; below zero is better. Wilcoxon's p cannot go below 2 / 2^n for n seeds, so fewer than "
-      "6 never reach .05.</p>\n{}",
+      "95 % confidence interval; below zero is better. Wilcoxon's p is counted over all signs, with ties too, and "
+      "leaves out seeds without a difference. It cannot go below 2 / 2^n for n seeds, so fewer than 6 never reach .05; "
+      "no effect size is told of them. Seeds whose runs are identical tell nothing of chance and are not "
+      "tested.</p>\n{}",
       escape(against), table.html());
 }
 

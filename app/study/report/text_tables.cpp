@@ -9,9 +9,41 @@
 
 #include "app/run/summary.hpp"
 #include "app/study/table/warnings.hpp"
+#include "framework/core/check.hpp"
 #include "framework/graph/text_table.hpp"
 
 namespace tactor {
+
+std::string identical_text(const PairedDifference& difference) {
+  switch (difference.identical) {
+    case Identical::no:
+      return {};
+    case Identical::groups:
+      return fmt::format("the same in each of {} seeds", difference.pairs);
+    case Identical::pairs:
+      return fmt::format("the {} seeds are identical: not tested", difference.pairs);
+  }
+  TACTOR_DEMAND(false);
+}
+
+std::string p_text(double p) {
+  return p > 0 ? "p = " + pretty(p) : "p < 1e-300";
+}
+
+namespace {
+
+/// `-0.0210 N [-0.0290, -0.0130], d_z = -1.40, p = 0.0020`, without what the pairs do not tell.
+std::string difference_text(const PairedDifference& d) {
+  const std::string same = identical_text(d);
+  if (d.identical == Identical::groups) return same;
+  std::string text = fmt::format("{:+.4f} N", d.mean);
+  if (d.interval) text += fmt::format(" [{:+.4f}, {:+.4f}]", d.interval->low, d.interval->high);
+  if (d.effect_size) text += fmt::format(", d_z = {:+.2f}", *d.effect_size);
+  if (d.p_wilcoxon) text += ", " + p_text(*d.p_wilcoxon);
+  return same.empty() ? text : text + ", " + same;
+}
+
+}  // namespace
 
 std::string judged_text(const Comparison& comparison) {
   std::string out;
@@ -20,15 +52,17 @@ std::string judged_text(const Comparison& comparison) {
     if (row.against == i) continue;
     std::string found;
     if (row.never_touches() && comparison.rows[row.against].never_touches()) found = ": not tested, nothing touches";
+    if (!row.too_coarse.empty() || !comparison.rows[row.against].too_coarse.empty()) {
+      found = ": not ranked, the reference is no finer than the run";
+    }
     const auto add = [&](const std::string& text) { found += (found.empty() ? ": " : "; ") + text; };
     if (row.one_step_anova) {
-      add(fmt::format("one-step ANOVA F = {}, p = {}{}", pretty(row.one_step_anova->F), pretty(row.one_step_anova->p),
+      add(fmt::format("one-step ANOVA F = {}, {}{}", pretty(row.one_step_anova->F), p_text(row.one_step_anova->p),
                       over_seeds(judged_seeds(comparison, row), comparison.seeds.size())));
     }
     for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
       if (!d) continue;
-      add(fmt::format("{} {:+.4f} N [{:+.4f}, {:+.4f}], d_z = {:+.2f}, p = {}", name, d->mean, d->low, d->high,
-                      d->effect_size, pretty(d->p_wilcoxon)));
+      add(fmt::format("{} {}", name, difference_text(*d)));
       found += over_seeds(d->pairs, comparison.seeds.size());
     }
     out += "  " + row.name() + found + "\n";

@@ -9,8 +9,12 @@
 
 namespace tactor {
 
+/// `the 6 seeds are identical: not tested`; empty where the pairs are not alike.
+std::string identical_text(const PairedDifference& difference);
+/// `p = 0.0313`.
+std::string p_text(double p);
 /// A line for each row that is compared with another: ANOVA of the single one-step errors, and paired differences with
-/// their 95 % confidence interval, effect size d_z and Wilcoxon's p.
+/// their 95 % confidence interval, effect size d_z and Wilcoxon's p, as far as the seeds tell them.
 std::string judged_text(const Comparison& comparison);
 /// The table that `tactor compare` prints, in so many columns.
 std::string comparison_table(const Comparison& comparison, const TimingNote& timing, std::size_t columns);

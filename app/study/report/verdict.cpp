@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
 #include "app/report/html_page.hpp"
 #include "app/run/summary.hpp"
@@ -34,7 +35,8 @@ bool noise_hides(const std::vector<double>& first, const std::vector<double>& mi
   constexpr std::size_t few_seeds = 3;
   if (first.size() > few_seeds) {
     const PairedDifference difference = *paired_difference(first, mine);
-    return difference.low <= 0 && difference.high >= 0;
+    if (!difference.interval) return !(sign * difference.mean > 0) || difference.identical == Identical::groups;
+    return difference.interval->low <= 0 && difference.interval->high >= 0;
   }
   for (std::size_t s = 0; s < first.size(); ++s) {
     if (!(sign * (mine[s] - first[s]) > 0)) return true;
@@ -157,10 +159,13 @@ std::string cost_sentence(const Comparison& comparison, const TimingNote& timing
 /// Why rows are not ranked.
 std::string not_ranked(const Comparison& comparison) {
   std::vector<std::string> failed, lacking;
+  std::map<std::string, std::vector<std::string>> too_coarse;
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     const CompareRow& mine = comparison.rows[row];
     if (mine.seeds_done() == 0) {
       failed.push_back(breakable(case_name(mine.graph, mine.configuration)));
+    } else if (!mine.too_coarse.empty()) {
+      too_coarse[mine.too_coarse].push_back(breakable(mine.name()));
     } else if (!is_ranked(comparison, row)) {
       lacking.push_back(breakable(mine.name()));
     }
@@ -172,6 +177,9 @@ std::string not_ranked(const Comparison& comparison) {
         "<br>\nNot ranked, because runs failed and the seeds that are missing may be the hard "
         "ones: {}.",
         listed(lacking));
+  }
+  for (const auto& [why, names] : too_coarse) {
+    text += fmt::format("<br>\nNot ranked, because {}: {}.", escape(why), listed(names));
   }
   return text;
 }
@@ -201,6 +209,9 @@ std::string sentences(const Comparison& comparison, const TimingNote& timing) {
     return "One graph was run: there is nothing to compare it with." +
            (ranked.empty() ? not_ranked(comparison) : sentences_of_one(comparison, ranked.front()));
   }
+  const bool is_judged =
+      std::all_of(rows.begin(), rows.end(), [](const CompareRow& row) { return row.too_coarse.empty(); });
+  if (ranked.empty() && !is_judged) return "No method is ranked." + not_ranked(comparison);
   if (ranked.size() < 2) {
     return (ranked.empty()
                 ? std::string("No method has all seeds: nothing is compared.")
@@ -216,8 +227,14 @@ std::string sentences(const Comparison& comparison, const TimingNote& timing) {
   for (const Subject& subject : subjects) text += Speaker(comparison, subject).sentences() + "<br>\n";
   text += cost_sentence(comparison, timing) + not_ranked(comparison);
   const std::size_t seeds = rows[ranked.front()].seeds_done();
-  if (seeds == 1) text += "<br>\nWith one seed, it is unknown how much of this is chance.";
-  if (seeds == 2 || seeds == 3) {
+  const bool identical =
+      std::all_of(ranked.begin(), ranked.end(), [&](std::size_t row) { return rows[row].identical_seeds; });
+  if (identical) {
+    text += fmt::format("<br>\nThe runs of all {} seeds are identical, so it is unknown how much of this is chance.",
+                        seeds);
+  } else if (seeds == 1) {
+    text += "<br>\nWith one seed, it is unknown how much of this is chance.";
+  } else if (seeds == 2 || seeds == 3) {
     text += fmt::format("<br>\nWith {} seeds, small differences may be chance.", seeds);
   }
   if (std::any_of(rows.begin(), rows.end(), [](const CompareRow& row) { return !row.unlike.empty(); })) {
@@ -233,6 +250,7 @@ bool Ranking::is_best(std::size_t row) const {
 }
 
 bool is_ranked(const Comparison& comparison, std::size_t row) {
+  if (!comparison.rows[row].too_coarse.empty()) return false;
   const std::vector<RunStatus>& mine = comparison.rows[row].status;
   bool any = false;
   for (std::size_t s = 0; s < mine.size(); ++s) {

@@ -71,14 +71,16 @@ WorkPoint point_of(const Study& study, std::size_t configuration, const std::vec
     return spread_of(by_seed);
   };
   const auto [curve, values] = place_of(study, study.configurations[configuration]);
-  return {curve,
-          values,
-          spread(study.spec.error),
-          spread("cpu_ms_per_s"),
-          spread("method_us_per_tick"),
-          is_bound(study.spec, study.configurations[configuration]),
-          seeds.size(),
-          comparison.seeds.size()};
+  return {
+      curve,
+      values,
+      spread(study.spec.error),
+      spread("cpu_ms_per_s"),
+      spread("method_us_per_tick"),
+      is_bound(study.spec, study.configurations[configuration]),
+      seeds.size(),
+      comparison.seeds.size(),
+      std::all_of(rows.begin(), rows.end(), [&](std::size_t row) { return comparison.rows[row].too_coarse.empty(); })};
 }
 
 /// The points of these graphs together, by their index.
@@ -97,7 +99,8 @@ void mark_fronts(WorkGraph& graph, StudyTime time, Better better) {
   std::vector<double> error, run, tick;
   const double sign = better == Better::higher ? -1 : 1;
   for (const WorkPoint& p : graph.points) {
-    error.push_back(p.bound || p.incomplete() ? std::nan("") : sign * p.error.centre);  // pareto_front leaves it out
+    // pareto_front leaves out what is not a number.
+    error.push_back(p.bound || p.incomplete() || !p.judged ? std::nan("") : sign * p.error.centre);
     run.push_back(p.ms_per_s.centre);
     tick.push_back(p.us_per_tick.centre);
   }
@@ -213,6 +216,7 @@ std::string front_text(const WorkPoint& p) {
   if (p.incomplete()) {
     return (p.bound ? "a bound, " : "") + of_seeds(p.seeds_done, p.seeds);
   }
+  if (!p.judged) return "not ranked";
   if (p.bound) return "a bound";
   return std::string(p.front_run ? "run" : "") + (p.front_run && p.front_tick ? ", " : "") +
          (p.front_tick ? "tick" : "");

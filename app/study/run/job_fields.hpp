@@ -64,7 +64,7 @@ void fields(auto& bytes, SameAs<LeftOut> auto& left_out) {
 }
 void fields(auto& bytes, SameAs<RunResult> auto& result) {
   bytes(result.title, result.duration_s, result.cpu_s, result.wall_s, result.peak_memory_MB, result.metrics,
-        result.declared, result.series, result.nodes, result.chosen, result.left_out);
+        result.declared, result.series, result.nodes, result.chosen, result.left_out, result.reference.too_coarse);
 }
 void fields(auto& bytes, SameAs<RanOn> auto& machine) {
   bytes(machine.node, machine.processor, machine.c_library);

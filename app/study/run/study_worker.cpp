@@ -89,17 +89,6 @@ RunResult merged(std::vector<RunResult> runs) {
   return result;
 }
 
-/// The name of a metric in which two runs of the same graph and seed differ; empty where there is none.
-std::string first_difference(const RunResult& a, const RunResult& b) {
-  if (a.metrics.size() != b.metrics.size()) return "the number of metrics";
-  for (std::size_t i = 0; i < a.metrics.size(); ++i) {
-    const auto& [name, value] = a.metrics[i];
-    const bool same = value == b.metrics[i].second || (std::isnan(value) && std::isnan(b.metrics[i].second));
-    if (name != b.metrics[i].first || !same) return name;
-  }
-  return {};
-}
-
 /// What tells the case of a job from others.
 std::string case_of(const Job& job) {
   Job bare;

@@ -42,6 +42,7 @@ const std::vector<Column>& error_columns() {
       {"reference.force.rms_N", "reference RMS"},
       {"physics.force.rms_error_N", "physics RMS error"},
       {"physics.rate_hz_median", "physics"},
+      {"reference.rate_hz", "reference"},
       {"contacts.median", "contacts"},
       {"contacts.max", "most contacts"},
       {"fallbacks", "fallbacks"},
@@ -106,12 +107,40 @@ std::vector<std::size_t> seeds_of_both(const CompareRow& a, const CompareRow& b)
   return seeds;
 }
 
+/// Whether two or more runs of the row are done and report the same values of all metrics.
+bool has_identical_seeds(const CompareRow& row) {
+  const RunResult* first = nullptr;
+  bool several = false;
+  for (std::size_t s = 0; s < row.runs.size(); ++s) {
+    if (row.status[s] != RunStatus::done) continue;
+    if (first == nullptr) {
+      first = &row.runs[s];
+    } else if (!first_difference(*first, row.runs[s]).empty()) {
+      return false;
+    } else {
+      several = true;
+    }
+  }
+  return several && !first->metrics.empty();
+}
+
+/// Why the first run that has no truth finer than it has none; empty where all have one.
+std::string why_too_coarse(const CompareRow& row) {
+  for (const RunResult& run : row.runs) {
+    if (!run.reference.too_coarse.empty()) return run.reference.too_coarse;
+  }
+  return {};
+}
+
 void judge(Comparison& comparison) {
+  for (CompareRow& row : comparison.rows) {
+    row.identical_seeds = has_identical_seeds(row);
+    row.too_coarse = why_too_coarse(row);
+  }
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     CompareRow& row = comparison.rows[i];
-    if (row.against == i) continue;
+    if (!is_compared(comparison, i)) continue;
     const CompareRow& first = comparison.rows[row.against];
-    if (row.never_touches() && first.never_touches()) continue;
     // Both are judged over the seeds that both have.
     const std::vector<std::size_t> seeds = seeds_of_both(row, first);
     const auto pooled = [&](const CompareRow& of) {
@@ -128,7 +157,7 @@ void judge(Comparison& comparison) {
       for (const std::size_t s : seeds) all.push_back(of.runs[s].metric(name));
       return all;
     };
-    row.one_step_anova = one_way_anova(pooled(first), pooled(row));
+    if (!row.identical_seeds || !first.identical_seeds) row.one_step_anova = one_way_anova(pooled(first), pooled(row));
     for (const auto& [target, name] :
          {std::pair{&row.one_step, "one_step.force.rms_error_N"}, {&row.delivered, "delivered.force.rms_error_N"}}) {
       const std::vector<double> a = metrics(first, name);
@@ -406,16 +435,21 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
     if (!d) return nullptr;
     return {{"pairs", d->pairs},
             {"mean_N", d->mean},
-            {"low_N", d->low},
-            {"high_N", d->high},
-            {"effect_size", d->effect_size},
-            {"p_wilcoxon", d->p_wilcoxon}};
+            {"low_N", d->interval ? Json(d->interval->low) : Json()},
+            {"high_N", d->interval ? Json(d->interval->high) : Json()},
+            {"effect_size", d->effect_size ? Json(*d->effect_size) : Json()},
+            {"p_wilcoxon", d->p_wilcoxon ? Json(*d->p_wilcoxon) : Json()},
+            {"identical", d->identical == Identical::no       ? Json()
+                          : d->identical == Identical::groups ? Json("rows")
+                                                              : Json("seeds")}};
   };
   Json json;
   json["graph"] = row.graph;
   if (!row.configuration.empty()) json["configuration"] = row.configuration;
   json["title"] = row.title;
   json["seeds_done"] = row.seeds_done();
+  json["identical_seeds"] = row.identical_seeds;
+  json["reference_too_coarse"] = row.too_coarse.empty() ? Json() : Json(row.too_coarse);
   json["status"] = Json::array();
   for (const RunStatus status : row.status) json["status"].push_back(word_of(status));
   json["failures"] = Json::array();
@@ -463,6 +497,13 @@ Json to_json(const Comparison& comparison) {
   json["graphs"] = Json::array();
   for (const CompareRow& row : comparison.rows) json["graphs"].push_back(to_json(comparison, row));
   return json;
+}
+
+bool is_compared(const Comparison& comparison, std::size_t row) {
+  const CompareRow& mine = comparison.rows[row];
+  const CompareRow& other = comparison.rows[mine.against];
+  return mine.against != row && mine.too_coarse.empty() && other.too_coarse.empty() &&
+         !(mine.never_touches() && other.never_touches());
 }
 
 std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row) {

@@ -37,9 +37,12 @@ struct CompareRow {
   std::vector<double> control_us;           ///< one a seed, see RunRecord
   /// How it differs from what the rows are compared on, such as in its scene; empty: in nothing.
   std::string unlike;
-  JudgedFrom judged;  ///< the interval that its metrics are of
-  /// Against the row `against`; absent for that row itself, and where no run of both touches anything.
-  std::optional<Anova> one_step_anova;        ///< over the single one-step errors of all seeds, as in the paper
+  JudgedFrom judged;             ///< the interval that its metrics are of
+  std::string too_coarse;        ///< why a run has no truth that is finer than it: the row is not ranked; else empty
+  bool identical_seeds = false;  ///< the runs of all seeds that are done, two or more, have the same metrics
+  /// Against the row `against`; absent for that row itself, and where the two are not compared (see is_compared).
+  /// Over the single one-step errors of all seeds, as in the paper; absent too where the seeds are copies of one run.
+  std::optional<Anova> one_step_anova;
   std::optional<PairedDifference> one_step;   ///< of the one-step RMS error over seeds, in N
   std::optional<PairedDifference> delivered;  ///< of the delivered RMS error over seeds, in N
 
@@ -112,6 +115,10 @@ nlohmann::ordered_json to_json(const Comparison& comparison, const CompareRow& r
 /// A line for every run that failed or was refused.
 std::string failures_text(const Comparison& comparison);
 std::string word_of(RunStatus status);
+
+/// Whether the row is tested against the row `against`: it is another, either of them touches something, and both have
+/// a truth that is finer than their runs.
+bool is_compared(const Comparison& comparison, std::size_t row);
 
 /// Of how many seeds the row and what it is compared with are both done.
 std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row);

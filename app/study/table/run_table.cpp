@@ -128,6 +128,7 @@ std::string more_of(const RunResult& result) {
   Json json{{"chosen", Json::array()}, {"left_out", Json::array()}};
   for (const Chosen& c : result.chosen) json["chosen"].push_back({c.node, c.asked, c.type, c.why});
   for (const LeftOut& l : result.left_out) json["left_out"].push_back({l.what, l.why});
+  if (!result.reference.too_coarse.empty()) json["reference_too_coarse"] = result.reference.too_coarse;
   return json.dump();
 }
 
@@ -136,6 +137,7 @@ void read_more(const std::string& text, RunResult& result) {
   if (!json.is_object()) return;
   for (const Json& c : json["chosen"]) result.chosen.push_back({c[0], c[1], c[2], c[3]});
   for (const Json& l : json["left_out"]) result.left_out.push_back({l[0], l[1]});
+  result.reference.too_coarse = json.value("reference_too_coarse", "");
 }
 
 }  // namespace

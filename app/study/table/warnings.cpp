@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "app/report/html_page.hpp"
 #include "app/study/plan/run_case.hpp"
@@ -22,29 +23,70 @@ bool same(const Material& a, const Material& b) {
          a.patch_area == b.patch_area;
 }
 
+/// The first few.
+std::string first_names(std::vector<std::string> names) {
+  constexpr std::size_t most_named = 5;
+  if (names.size() > most_named) {
+    names.resize(most_named);
+    names.emplace_back("...");
+  }
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// The rows whose truth is no finer than their runs, one line for each reason.
+std::vector<std::string> coarse_warnings(const Comparison& comparison) {
+  std::map<std::string, std::vector<std::string>> rows;
+  for (const CompareRow& row : comparison.rows) {
+    if (!row.too_coarse.empty()) rows[row.too_coarse].push_back(case_name(row.graph, row.configuration));
+  }
+  std::vector<std::string> warnings;
+  for (const auto& [why, names] : rows) {
+    const bool all = names.size() == comparison.rows.size();
+    warnings.push_back((all ? std::string("nothing is ranked")
+                            : fmt::format("{} of {} rows are not ranked ({})", names.size(), comparison.rows.size(),
+                                          first_names(names))) +
+                       ": " + why);
+  }
+  return warnings;
+}
+
+/// The rows whose seeds are copies of one run; empty where there is none.
+std::string copies_warning(const Comparison& comparison) {
+  std::vector<std::string> names;
+  for (const CompareRow& row : comparison.rows) {
+    if (row.identical_seeds) names.push_back(case_name(row.graph, row.configuration));
+  }
+  if (names.empty()) return {};
+  const std::string rows =
+      names.size() == comparison.rows.size()
+          ? std::string("each row")
+          : fmt::format("{} of {} rows ({})", names.size(), comparison.rows.size(), first_names(names));
+  return "the runs of all seeds are identical in " + rows +
+         ", because nothing in them is random: further seeds tell no more, and no difference between such rows is "
+         "tested";
+}
+
 }  // namespace
 
 std::vector<std::string> comparison_warnings(const Comparison& comparison) {
-  constexpr std::size_t most_named = 5;
   std::vector<std::string> warnings = comparison.further_warnings, untouched;
   for (const CompareRow& row : comparison.rows) {
     const std::string name = case_name(row.graph, row.configuration);
     if (!row.unlike.empty()) warnings.push_back(name + ": " + row.unlike);
     if (row.never_touches()) untouched.push_back(name);
   }
+  for (std::string& warning : coarse_warnings(comparison)) warnings.push_back(std::move(warning));
+  const std::string copies = copies_warning(comparison);
+  if (!copies.empty()) warnings.push_back(copies);
   const std::size_t count = untouched.size();
   if (count == comparison.rows.size() && count > 0) {
     warnings.emplace_back(
         "nothing touches in any run: every force is that of a tool in free space, so no difference is tested");
   } else if (count > 0) {
-    if (count > most_named) {
-      untouched.resize(most_named);
-      untouched.emplace_back("...");
-    }
     warnings.push_back(
         fmt::format("nothing touches in any run of {} of {} rows: {}; if neither a row nor its baseline has contact, "
                     "their difference is not tested",
-                    count, comparison.rows.size(), fmt::join(untouched, ", ")));
+                    count, comparison.rows.size(), first_names(untouched)));
   }
   return warnings;
 }

@@ -1,9 +1,14 @@
 // Reference runs: what sinks see of them, and a cache that never hands out what does not check out.
 #include "framework/engine/reference.hpp"
 
+#include <algorithm>
 #include <boost/test/unit_test.hpp>
+#include <cmath>
 #include <fstream>
 #include <iterator>
+#include <limits>
+#include <optional>
+#include <vector>
 
 #include "framework/engine/virtual_clock.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
@@ -56,6 +61,68 @@ BOOST_AUTO_TEST_CASE(a_sink_gets_what_arrived_in_the_reference_run) {
   BOOST_REQUIRE(truth.size() == 1000U);
   BOOST_TEST(truth[517].stamp.valid.ns == 51'700'000);
   BOOST_TEST(truth[517].value.force.x == 517.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_node_steps_at_the_reference_s_rate_whatever_gives_its_own_and_never_slower_than_in_the_run) {
+  constexpr double none = std::numeric_limits<double>::infinity();
+  struct Member {
+    double own, most;
+    std::optional<double> declared;
+    double expected;
+  };
+  const std::vector<Member> members{
+      {60, none, {}, 10000},        {60, none, 10000.0, 10000}, {4000, none, {}, 10000},    {20000, none, {}, 20000},
+      {20000, none, 10000., 20000}, {60, 600, {}, 600},         {60, 60, {}, 60},           {60, 600, 10000.0, 600},
+      {60, none, 0.0, 60},          {60, none, 2000.0, 2000},   {3000, none, 2000.0, 3000},
+  };
+  for (const auto& [own, most, declared, expected] : members) {
+    SamplePlan sample({}, 0.1);
+    ParamInfo& rate = sample.counter.params[0];
+    rate.max = most;
+    rate.in_reference.reset();
+    if (declared) rate.in_reference = *declared;
+    sample.plan.nodes[0].params[0] = own;
+    const Plan reference = make_reference_plan(sample.plan);
+    BOOST_REQUIRE(reference.nodes.size() == 3U);
+    const auto counter = std::find_if(reference.nodes.begin(), reference.nodes.end(),
+                                      [](const NodeSpec& node) { return node.name == "counter"; });
+    BOOST_TEST(std::get<double>(counter->params[0]) == expected);
+    // The run, which takes no time in its steps, has as many results as its counter steps.
+    const ReferenceRate found =
+        rate_of(run_reference(reference, nullptr), &reference, sample.plan, sample.plan.graph.duration,
+                [&](std::size_t) { return static_cast<std::uint64_t>(own / 10); });
+    BOOST_TEST(std::abs(found.hz - expected) <= 20);
+    BOOST_TEST(found.too_coarse.empty() == (expected >= 1.5 * own), found.too_coarse);
+    if (found.too_coarse.empty()) continue;
+    const bool is_held = expected == own && own < reference_rate;
+    BOOST_TEST(found.too_coarse.find(is_held ? "node counter steps at " : "relay.out comes at ") != std::string::npos,
+               found.too_coarse);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_truth_with_as_few_results_as_the_run_is_too_coarse_and_is_named_with_its_rate) {
+  const SamplePlan sample(five_milliseconds(), 0.1);
+  const Plan plan = reference_of(sample);
+  Reference reference = run_reference(plan, nullptr);  // 1000 messages
+  const auto found = [&](std::uint64_t of_run, const Plan* of) {
+    return rate_of(reference, of, sample.plan, sample.plan.graph.duration, [&](std::size_t) { return of_run; });
+  };
+  BOOST_TEST(found(20, &plan).too_coarse == "");
+  BOOST_TEST(found(660, &plan).too_coarse == "");
+  BOOST_TEST(found(20, &plan).hz == 10000.0);
+  BOOST_TEST(
+      found(1000, &plan).too_coarse ==
+      "the reference run is no finer than the run: relay.out comes at 10000 Hz in it, and at 10000 Hz in the run");
+  BOOST_TEST(found(1000, nullptr).too_coarse ==
+             "the recording is no finer than the run: relay.out comes at 10000 Hz in it, and at 10000 Hz in the run");
+  // What comes after the end of a shorter run is not counted.
+  BOOST_TEST(rate_of(reference, &plan, sample.plan, {50'000'000}, [](std::size_t) { return 400; }).too_coarse != "");
+  // A node that is held in one of several ways is named before the count, even where the count is finer.
+  const Plan held = sample.plan;
+  BOOST_TEST(
+      found(20, &held).too_coarse ==
+      "the reference run is no finer than the run: node counter steps at 1000 Hz in both, because it can step no "
+      "faster");
 }
 
 BOOST_AUTO_TEST_CASE(the_cache_gives_back_what_it_was_given) {
