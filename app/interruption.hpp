@@ -1,4 +1,4 @@
-// Whether somebody has asked the command to end.
+// Whether somebody has asked the command to end, and which signals ask.
 #pragma once
 
 #include <atomic>
@@ -15,8 +15,9 @@ inline bool is_interrupted() {
 /// From now on Ctrl-C, SIGTERM and a terminal that closes count in `interruption`. To be called first.
 void listen_for_interruption();
 
-/// So do Ctrl-Z and Ctrl-\ from now on. A live run must not be stopped on the spot, nor end there: its device would go
-/// on with the last force that it got.
-void end_instead_of_stopping();
+/// So does every other signal from now on that would end or stop the program and that a program can handle. To be
+/// called before a device is opened: a live run must not end or stop on the spot, because its device would go on with
+/// the last force that it got. A pipe that nobody reads makes a write fail, and ends nothing by itself.
+void ramp_down_on_signals();
 
 }  // namespace tactor

@@ -68,6 +68,11 @@ SessionState::SessionState(const Graph& graph, const SessionOptions& options)
       slice_(slice_of(*session_, options.pace)) {}
 
 SessionState::~SessionState() {
+  if (is_foreign()) {
+    static_cast<void>(session_.release());
+    static_cast<void>(new std::shared_ptr<Registry>(std::move(registry_)));
+    return;
+  }
   // Where it still runs it ends here, and its nodes may be Python's own.
   without_lock(
       [this] {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <pybind11/pybind11.h>
+#include <sys/types.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <memory>
@@ -28,6 +30,7 @@ class SessionState {
   /// Calls `task(session)` in turn, without the interpreter's lock.
   template <class Task>
   auto use(const Task& task) {
+    if (is_foreign()) throw RunError("this session belongs to the process that this one was forked from");
     return without_lock(
         [&] {
           const std::scoped_lock turn(lock_);
@@ -55,8 +58,11 @@ class SessionState {
 
  private:
   void finish_now(Session& session);
+  /// In the child of a fork, which has none of the session's threads.
+  [[nodiscard]] bool is_foreign() const { return getpid() != process_; }
   void end_forgotten();
 
+  pid_t process_ = getpid();            // whose session it is
   std::shared_ptr<Registry> registry_;  // outlives the session
   std::unique_ptr<Session> session_;
   bool live_;

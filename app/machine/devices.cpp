@@ -11,6 +11,7 @@
 #include <numbers>
 
 #include "app/output.hpp"
+#include "app/run/headline.hpp"
 #include "app/run/run.hpp"
 #include "framework/core/segment.hpp"
 #include "framework/core/shown_text.hpp"
@@ -248,7 +249,10 @@ int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial
   }
   const GraphSpec forces = trial_graph(graph, device, trial.force, trial.seconds, 6 * trial.seconds + 2, registry);
   const RunResult pushed = run_trial(forces, interrupted, moved, told_already);
-  return tell_result(pushed, moved, fmt::format("moved by up to {:g} N", trial.force));
+  const int code = tell_result(pushed, moved, fmt::format("moved by up to {:g} N", trial.force));
+  if (code != 0 || pushed.interrupted || !pushed.force_was_withheld()) return code;
+  tell_note(no_force_text(pushed));
+  return 1;
 }
 
 void calibrate_device(const NodeSpec& device, bool yes, const std::atomic<int>& interrupted) {

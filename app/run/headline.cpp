@@ -61,7 +61,10 @@ std::string verdict_text(const RunResult& result) {
     if (result.reference_interrupted) text += "; its reference run was interrupted, so there are no errors";
   }
   // Of a blind run it would tell how hard the walls were.
-  const std::string stability = result.blind ? "" : stability_text(result);
+  const std::string no_force = no_force_text(result);
+  if (!no_force.empty()) text += "; " + no_force;
+  // Without a force nothing can be unstable.
+  const std::string stability = result.blind || result.force_was_withheld() ? "" : stability_text(result);
   if (!stability.empty()) text += "; " + stability;
   return text;
 }
@@ -201,6 +204,16 @@ std::vector<std::string> warnings_of(const RunResult& result) {
   if (const std::string text = dynamics_warning(result); !text.empty()) texts.push_back(text);
   texts.insert(texts.end(), result.remarks.begin(), result.remarks.end());
   return texts;
+}
+
+std::string no_force_text(const RunResult& result) {
+  std::string text;
+  for (const NoForce& one : result.no_force) {
+    if (result.blind && !one.was_withheld()) continue;
+    text += fmt::format("{}no force{}: {}", text.empty() ? "" : "; ", result.devices > 1 ? " on " + one.device : "",
+                        one.text);
+  }
+  return text;
 }
 
 std::vector<HeadlineLine> headline(const RunResult& result) {

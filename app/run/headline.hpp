@@ -13,6 +13,10 @@ namespace tactor {
 /// dynamics that could not be solved, and what the nodes remark.
 std::vector<std::string> warnings_of(const RunResult& result);
 
+/// `no force: button 1 was never held`, for each device that no force reached, with its name where there are several;
+/// empty where there is none. Of a blind run only what stood in the way, because the rest tells the condition.
+std::string no_force_text(const RunResult& result);
+
 struct HeadlineLine {
   std::string name;
   std::string text;

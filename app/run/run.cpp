@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -151,6 +152,12 @@ void judge(const Plan& plan, const RunOptions& options, const std::optional<Refe
   result.metrics = report.metrics();
   result.series = report.series();
   result.remarks = report.remarks();
+  if (nodes == nullptr) return;
+  std::vector<EdgeStatistics> carried;
+  for (const EdgeResult& edge : result.edges) carried.push_back(edge.metrics);
+  std::vector<std::uint64_t> steps;
+  for (const NodeCost& node : result.nodes) steps.push_back(node.steps);
+  result.no_force = devices_without_force(*nodes, carried, steps, result.metric("contacts.max") != 0);
 }
 
 void pass_notes(const PlanNodes& nodes, const RunOptions& options) {
@@ -316,6 +323,11 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
 
 }  // namespace
 
+bool RunResult::force_was_withheld() const {
+  const auto withheld = std::count_if(no_force.begin(), no_force.end(), std::mem_fn(&NoForce::was_withheld));
+  return withheld > 0 && static_cast<std::size_t>(withheld) == devices;
+}
+
 double RunResult::metric(std::string_view name) const {
   for (const auto& [key, value] : metrics) {
     if (key == name) return value;
@@ -354,6 +366,8 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.left_out = plan.left_out;
   result.graph_yaml = to_yaml(plan.graph);
   result.blind = experiment_of(plan).has_value();
+  result.devices = static_cast<std::size_t>(
+      std::count_if(plan.nodes.begin(), plan.nodes.end(), [](const NodeSpec& node) { return node.info->actuator; }));
   result.planned_s = plan.graph.duration.seconds();
   // A recording that cannot judge the run is bad input, which is said before it begins. It judges no live run.
   std::optional<Reference> recorded;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/run/live_look.hpp"
+#include "app/run/no_force.hpp"
 #include "app/run/run_metrics.hpp"
 #include "framework/engine/live/live_status.hpp"
 #include "framework/engine/plan_nodes.hpp"
@@ -74,9 +75,13 @@ struct RunResult {
   std::vector<EdgeResult> edges;
   std::vector<Chosen> chosen;
   std::vector<LeftOut> left_out;
-  std::string graph_yaml;  ///< resolved
-  bool blind = false;      ///< it led a person through an experiment (see experiment_of)
+  std::string graph_yaml;         ///< resolved
+  std::size_t devices = 0;        ///< how many the plan has
+  std::vector<NoForce> no_force;  ///< the devices that no force of the pipeline reached, and why
+  bool blind = false;             ///< it led a person through an experiment (see experiment_of)
 
+  /// True where something kept the force from every device: then there is nothing to be judged.
+  [[nodiscard]] bool force_was_withheld() const;
   /// The metric of that name, or NaN.
   [[nodiscard]] double metric(std::string_view name) const;
   /// The declaration of a metric, or null.

@@ -66,7 +66,15 @@ Json to_json(const RunResult& result) {
   json["warm"] = {{"all", result.warmth.since.has_value()}, {"last", result.warmth.last}, {"when", result.warmth.when}};
   for (const auto& [name, value] : result.metrics) set_nested(json, name, number(value));
   if (const double verdict = result.metric("stability.verdict"); std::isfinite(verdict)) {
-    json["stability"]["verdict_name"] = name_of(static_cast<StabilityVerdict>(static_cast<int>(verdict)));
+    json["stability"]["verdict_name"] =
+        result.force_was_withheld() ? "no_force" : name_of(static_cast<StabilityVerdict>(static_cast<int>(verdict)));
+  }
+  for (const NoForce& one : result.no_force) {
+    json["no_force"].push_back({{"device", one.device},
+                                {"reason", name_of(one.reason)},
+                                {"count", one.count},
+                                {"of", one.of},
+                                {"text", one.text}});
   }
   json["cost_us"] = Json::object();
   for (const NodeCost& node : result.nodes) {

@@ -23,7 +23,7 @@ int test_device(const DeviceArguments& arguments) {
   const GraphSpec spec = load(arguments.graph, registry, arguments.options);
   const NodeSpec& found = hardware_node(spec, arguments.node);
   check_node(spec, found);
-  end_instead_of_stopping();
+  ramp_down_on_signals();
   return try_device(spec, found, arguments.trial, registry, interruption);
 }
 
@@ -32,6 +32,7 @@ int calibrate_node(const DeviceArguments& arguments) {
   const GraphSpec spec = load(arguments.graph, registry, arguments.options);
   const NodeSpec& found = hardware_node(spec, arguments.node);
   check_node(spec, found);
+  ramp_down_on_signals();
   calibrate_device(found, arguments.trial.yes, interruption);
   return 0;
 }

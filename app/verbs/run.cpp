@@ -101,7 +101,7 @@ int run_graph(const RunArguments& arguments) {
                                       });
     run_options.watcher = shown.get();
   }
-  if (plan.graph.clock == Clock::real) end_instead_of_stopping();
+  if (plan.graph.clock == Clock::real) ramp_down_on_signals();
   const RunResult result = execute(plan, run_options);
   view.clear();
   bar.clear();

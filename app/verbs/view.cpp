@@ -110,7 +110,7 @@ int draw_picture(const ViewArguments& arguments, Registry& registry, const ViewO
 
 int view_live(ViewArguments arguments, Registry& registry, const ViewOptions& options) {
   arguments.options.overrides = for_a_view(arguments.options.overrides);
-  end_instead_of_stopping();
+  ramp_down_on_signals();
   const std::optional<std::string> failure =
       view_graph(load(arguments.shown, registry, arguments.options), registry, options);
   if (failure) tell_note(*failure);

@@ -22,6 +22,7 @@ HardwareParts parts_of(std::unique_ptr<FalconLink> link) {
   parts.limits.speed_max = {40, 40, 40};
   parts.limits.jump_tolerance = {0.05, 0.05, 0.05};
   parts.rate = 1000;
+  parts.buttons = 4;
   parts.resolution = 4e-5;
   return parts;
 }

@@ -22,6 +22,7 @@
 #include <mutex>
 #include <string_view>
 
+#include "devices/hardware/device_descriptors.hpp"
 #include "devices/hardware/serial_ports.hpp"
 #include "framework/core/write_lock.hpp"
 
@@ -81,9 +82,7 @@ void unsettle(int file) {
 
 struct Claim::Socket {
   int file = -1;
-  ~Socket() {
-    if (file >= 0) close(file);
-  }
+  ~Socket() { close_kept(file); }
 };
 
 bool Claim::take(const std::string& name, std::string& why, Sharing sharing) {
@@ -98,7 +97,11 @@ bool Claim::take(const std::string& name, std::string& why, Sharing sharing) {
     if (socket_ != nullptr) return true;
   }
   auto made = std::make_shared<Socket>();
-  made->file = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  {
+    const NoFork until_kept;
+    made->file = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    keep_from_children(made->file);
+  }
   const Address address = address_of(name);
   if (made->file < 0 || bind(made->file, reinterpret_cast<const sockaddr*>(&address.name), address.length) != 0 ||
       listen(made->file, waiting_askers) != 0) {
@@ -151,7 +154,11 @@ std::string users_of(const std::string& file) {
 
 bool PortLock::take(const std::string& path, std::string& why) {
   release();
-  file_ = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  {
+    const NoFork until_kept;
+    file_ = open(path.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+    keep_from_children(file_);
+  }
   if (file_ < 0) {
     if (errno == EACCES || errno == EPERM) {
       why = "Permission denied: " + advice_for_access(path);
@@ -184,7 +191,7 @@ void PortLock::release() {
   // It belongs to the port: it would outlive this file, and keep us out, where another program has the port open.
   if (excludes_) ioctl(file_, TIOCNXCL);
   excludes_ = false;
-  close(file_);
+  close_kept(file_);
   file_ = -1;
 }
 

@@ -66,7 +66,7 @@ LinkRunnerSettings runner_settings(const HardwareParts& parts, const NodeContext
 }  // namespace
 
 HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& context, HardwareParts parts)
-    : DeviceNode(params, context),
+    : DeviceNode(params, context, parts.buttons),
       params_(params),
       workspace_{params.workspace_scale, params.force_scale, from_rotation_vector(as_vector(params.rotation)),
                  as_vector(params.origin)},
@@ -217,6 +217,12 @@ bool HardwareDevice::write(Time, const Wrench& commanded_D_W) noexcept {
   effort_ = command.effort;
   runner_->command(MonotonicClock::now(), command);
   return true;
+}
+
+ForceAccount HardwareDevice::account() const {
+  ForceAccount account = DeviceNode::account();
+  if (!follows_) account.carried = static_cast<std::uint64_t>(runner_->forced_cycles());
+  return account;
 }
 
 void HardwareDevice::report(Report& report) const {

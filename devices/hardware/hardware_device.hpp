@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "devices/hardware/kinematics.hpp"
@@ -34,6 +35,7 @@ struct HardwareParts {
   std::unique_ptr<Kinematics> kinematics;
   AxisLimits limits;               ///< `stuck_after` is taken from the parameters
   double rate = 1000;              ///< Hz, of the line's cycles
+  std::optional<int> buttons;      ///< how many it has; absent: not known
   double resolution = 1e-5;        ///< m, a step of the position at the handle, for the filter of the velocity
   double resolution_angle = 1e-4;  ///< rad
 };
@@ -69,6 +71,7 @@ class HardwareDevice : public DeviceNode {
   /// device.limited_ticks: efforts that were shortened; device.velocity_cutoff_Hz; and as remarks the failures of the
   /// line with the device's name, and what the system refused to the line's thread.
   void report(Report& report) const override;
+  [[nodiscard]] ForceAccount account() const override;
 
  protected:
   HardwareDevice(const HardwareParams& params, const NodeContext& context, HardwareParts parts);

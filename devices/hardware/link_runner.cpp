@@ -192,6 +192,7 @@ void LinkRunner::cycle(Instant began) {
   any_good_ = true;
   back_off_ = settings_.back_off;
   cycles_.add(1);
+  if (!command.is_zero()) forced_cycles_.add(1);
   report_.sample = sample;
   report_.sampled = began;
   ++report_.samples;

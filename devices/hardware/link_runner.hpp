@@ -76,6 +76,8 @@ class LinkRunner {
 
   // Metrics, readable by any thread while it runs.
   [[nodiscard]] std::int64_t cycles() const { return cycles_.value(); }  ///< good ones
+  /// Of these, those that gave the device an effort other than zero.
+  [[nodiscard]] std::int64_t forced_cycles() const { return forced_cycles_.value(); }
   [[nodiscard]] std::int64_t errors(LinkError error) const { return errors_[static_cast<std::size_t>(error)].value(); }
   [[nodiscard]] std::int64_t reconnects() const { return reconnects_.value(); }
   [[nodiscard]] std::int64_t skipped() const { return skipped_.value(); }  ///< cycles that were due in another
@@ -140,7 +142,7 @@ class LinkRunner {
   std::uint64_t reports_sent_ = 0;
   LinkReport report_;
 
-  LoopCounter cycles_, reconnects_, skipped_;
+  LoopCounter cycles_, forced_cycles_, reconnects_, skipped_;
   std::array<LoopCounter, link_error_count> errors_;
   std::unique_ptr<LatencyHistogram> cycle_time_;
 

@@ -44,6 +44,7 @@ HardwareParts make_parts(const Actuator::Params& params, const NodeContext& cont
   parts.resolution = finest;
   parts.kinematics = std::make_unique<LinearKinematics>(directions);
   parts.rate = setup.rate;
+  parts.buttons = static_cast<int>(setup.profile.buttons.size());
   parts.link = std::make_unique<ModbusLink>(std::move(setup.profile), std::move(setup.endpoint));
   return parts;
 }

@@ -4,6 +4,7 @@
 #include <modbus/modbus-rtu.h>
 #include <modbus/modbus-tcp.h>
 #include <modbus/modbus.h>
+#include <netdb.h>
 #include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -17,6 +18,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "devices/hardware/device_descriptors.hpp"
 #include "devices/modbus/frame.hpp"
 #include "framework/core/check.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
@@ -40,6 +42,26 @@ std::uint32_t whole_seconds(Duration d) {
 void never_block(int file) {
   const int flags = fcntl(file, F_GETFL);
   if (flags >= 0) fcntl(file, F_SETFL, flags | O_NONBLOCK);
+}
+
+/// The numbers of a host's addresses, so that connecting does not wait for a look-up while nobody may fork. The name
+/// itself where it cannot be found: connecting to it says why.
+std::vector<std::string> addresses_of(const Endpoint& endpoint) {
+  std::vector<std::string> numbers;
+  addrinfo hints{};
+  hints.ai_socktype = SOCK_STREAM;
+  addrinfo* list = nullptr;
+  if (getaddrinfo(endpoint.host.c_str(), nullptr, &hints, &list) == 0) {
+    for (const addrinfo* entry = list; entry != nullptr; entry = entry->ai_next) {
+      std::array<char, NI_MAXHOST> number{};
+      if (getnameinfo(entry->ai_addr, entry->ai_addrlen, number.data(), number.size(), nullptr, 0, NI_NUMERICHOST) != 0)
+        continue;
+      numbers.emplace_back(number.data());
+    }
+    freeaddrinfo(list);
+  }
+  if (numbers.empty()) numbers.push_back(endpoint.host);
+  return numbers;
 }
 
 std::string milliseconds(Duration d) {
@@ -82,12 +104,18 @@ Endpoint parse_endpoint(const std::string& text) {
 }
 
 void Client::Free::operator()(void* context) const {
-  // Closing a serial port waits, by default for 30 s, until what was written has gone out. What is not out by now was
-  // never answered.
-  const int file = modbus_get_socket(static_cast<modbus_t*>(context));
-  if (file >= 0) tcflush(file, TCOFLUSH);
-  modbus_close(static_cast<modbus_t*>(context));
-  modbus_free(static_cast<modbus_t*>(context));
+  auto* line = static_cast<modbus_t*>(context);
+  const int file = modbus_get_socket(line);
+  const NoFork until_closed;
+  if (forget_descriptor(file)) {
+    // Closing a serial port waits, by default for 30 s, until what was written has gone out. What is not out by now was
+    // never answered.
+    tcflush(file, TCOFLUSH);
+  } else {
+    modbus_set_socket(line, -1);  // never opened, or of the parent of this process
+  }
+  modbus_close(line);
+  modbus_free(line);
 }
 
 Client::Client(Endpoint endpoint, LineSettings line, Fence fence, int longest_answer)
@@ -98,10 +126,9 @@ Client::Client(Endpoint endpoint, LineSettings line, Fence fence, int longest_an
 
 Client::~Client() = default;
 
-bool Client::make_context() {
-  modbus_t* context = endpoint_.serial
-                          ? modbus_new_rtu(endpoint_.path.c_str(), line_.baud, line_.parity, 8, line_.stop_bits)
-                          : modbus_new_tcp_pi(endpoint_.host.c_str(), std::to_string(endpoint_.port).c_str());
+bool Client::make_context(const std::string& where) {
+  modbus_t* context = endpoint_.serial ? modbus_new_rtu(where.c_str(), line_.baud, line_.parity, 8, line_.stop_bits)
+                                       : modbus_new_tcp_pi(where.c_str(), std::to_string(endpoint_.port).c_str());
   if (context == nullptr) return false;
   context_.reset(context);
   modbus_set_error_recovery(context, MODBUS_ERROR_RECOVERY_NONE);
@@ -112,28 +139,40 @@ bool Client::make_context() {
 
 void Client::attach(int file) {
   disconnect();
-  TACTOR_DEMAND(make_context());
+  TACTOR_DEMAND(make_context(endpoint_.serial ? endpoint_.path : endpoint_.host));
+  keep_from_children(file);
   modbus_set_socket(static_cast<modbus_t*>(context_.get()), file);
   never_block(file);
   transaction_ = 0;
   unclear_ = false;
 }
 
-bool Client::connect(LinkFailure& failure) {
-  disconnect();
-  if (!make_context()) {
+bool Client::open_line(const std::string& where, LinkFailure& failure) {
+  if (!make_context(where)) {
     failure = {LinkError::disconnected, std::string("cannot be opened: ") + modbus_strerror(errno), true};
     return false;
   }
+  const NoFork until_kept;
+  if (modbus_connect(static_cast<modbus_t*>(context_.get())) == 0) {
+    keep_from_children(file_of_line());
+    return true;
+  }
+  failure = {LinkError::disconnected, std::string("no connection: ") + modbus_strerror(errno), true};
+  context_.reset();
+  return false;
+}
+
+bool Client::connect(LinkFailure& failure) {
+  disconnect();
   if (std::string why; endpoint_.serial && !lock_.take(endpoint_.path, why)) {
-    context_.reset();
     failure = {LinkError::disconnected, why, true};
     return false;
   }
-  if (modbus_connect(static_cast<modbus_t*>(context_.get())) != 0) {
-    const int error = errno;
+  for (const std::string& where : endpoint_.serial ? std::vector{endpoint_.path} : addresses_of(endpoint_)) {
+    if (open_line(where, failure)) break;
+  }
+  if (context_ == nullptr) {
     disconnect();
-    failure = {LinkError::disconnected, std::string("no connection: ") + modbus_strerror(error), true};
     return false;
   }
   lock_.exclude();

@@ -78,7 +78,9 @@ class Client {
     void operator()(void* context) const;
   };
 
-  bool make_context();
+  /// `where`: the path of a serial port, or the address of a host.
+  bool make_context(const std::string& where);
+  bool open_line(const std::string& where, LinkFailure& failure);
   bool clear_line(LinkFailure& failure);
   bool drain();
   bool throw_away();

@@ -24,7 +24,7 @@ bool is_pose(const Pose& X) {
 }  // namespace
 
 MouseDevice::MouseDevice(const Params& params, const NodeContext& context)
-    : DeviceNode(params, context),
+    : DeviceNode(params, context, 1),
       heartbeat_timeout_(params.heartbeat_timeout),
       start_(start_of(params)),
       filter_({params.time_constant, params.follow_speed, params.follow_angular_speed}, start_) {

@@ -99,7 +99,7 @@ void check_gripped(const char* grip, const char* name, const char* unit, bool ha
 }  // namespace
 
 SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& context)
-    : DeviceNode(params, context),
+    : DeviceNode(params, context, 0),
       params_(params),
       handle_(handle_of(params, context.torque)),
       encoder_(encoder_of(params, context)),

@@ -21,6 +21,7 @@ HardwareParts parts_of(const UsbProfile& profile, std::unique_ptr<UsbLink> link)
   parts.limits.speed_max = profile.values(&UsbAxis::speed_max);
   parts.limits.jump_tolerance = profile.values(&UsbAxis::jump_tolerance);
   parts.rate = profile.rate;
+  parts.buttons = static_cast<int>(profile.input.buttons.size());
   parts.resolution = profile.resolution;
   return parts;
 }

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "devices/hardware/claim.hpp"
+#include "devices/hardware/device_descriptors.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -25,6 +26,22 @@ namespace {
 
 /// How long the end of cancelled transfers is waited for; the kernel needs a frame.
 constexpr int cancel_rounds = 200;
+
+void LIBUSB_CALL descriptor_added(int descriptor, short /*events*/, void* /*user*/) {
+  keep_from_children(descriptor);
+}
+void LIBUSB_CALL descriptor_removed(int descriptor, void* /*user*/) {
+  forget_descriptor(descriptor);
+}
+
+int open_handle(libusb_device* device, libusb_device_handle** handle) {
+  const NoFork until_kept;
+  return libusb_open(device, handle);
+}
+void close_handle(libusb_device_handle* handle) {
+  const NoFork until_closed;
+  libusb_close(handle);
+}
 
 const char* words(UsbResult result) {
   switch (result) {
@@ -310,8 +327,8 @@ UsbPort::~UsbPort() {
     libusb_handle_events_timeout_completed(i.context, &most, nullptr);
   }
   if (i.claimed >= 0) libusb_release_interface(i.handle, i.claimed);
-  libusb_close(i.handle);
-  if (i.own_fd >= 0) ::close(i.own_fd);
+  close_handle(i.handle);
+  close_kept(i.own_fd);
   if (i.any_busy()) {
     // libusb may still write into them: they are left behind rather than given back.
     static_cast<void>(impl_.release());
@@ -421,6 +438,7 @@ UsbResult UsbPort::wait(Duration most) {
 }
 
 UsbBus::UsbBus() {
+  const NoFork until_kept;
   int code = libusb_init(&context_);
   if (code != 0) {
     // A container without the bus: devices can be opened by their files all the same.
@@ -428,9 +446,21 @@ UsbBus::UsbBus() {
     code = libusb_init(&context_);
   }
   if (code != 0) throw RunError(std::string("libusb cannot be used: ") + libusb_error_name(code));
+  // It tells of every descriptor that it waits for, those of opened devices among them.
+  libusb_set_pollfd_notifiers(context_, &descriptor_added, &descriptor_removed, nullptr);
+  const libusb_pollfd** waited_for = libusb_get_pollfds(context_);
+  for (const libusb_pollfd** one = waited_for; one != nullptr && *one != nullptr; ++one) keep_from_children((*one)->fd);
+  libusb_free_pollfds(waited_for);
 }
 
 UsbBus::~UsbBus() {
+  const NoFork until_closed;
+  const libusb_pollfd** waited_for = libusb_get_pollfds(context_);
+  libusb_set_pollfd_notifiers(context_, nullptr, nullptr, nullptr);
+  for (const libusb_pollfd** one = waited_for; one != nullptr && *one != nullptr; ++one) {
+    forget_descriptor((*one)->fd);
+  }
+  libusb_free_pollfds(waited_for);
   libusb_exit(context_);
 }
 
@@ -442,9 +472,9 @@ std::vector<UsbDeviceInfo> UsbBus::devices(std::span<const UsbNumbers> kinds) co
     const auto is_this = [&](const UsbNumbers& k) { return k.vendor == info.vendor && k.product == info.product; };
     if (std::none_of(kinds.begin(), kinds.end(), is_this)) continue;
     libusb_device_handle* handle = nullptr;
-    if (libusb_open(device, &handle) == 0) {
+    if (open_handle(device, &handle) == 0) {
       read_texts(info, handle);
-      libusb_close(handle);
+      close_handle(handle);
     }
     found.push_back(std::move(info));
   }
@@ -456,7 +486,9 @@ std::unique_ptr<UsbPort> UsbBus::open(const UsbSelector& selector, std::string& 
   impl->context = context_;
   const std::string numbers = hex(selector.vendor, selector.product);
   if (!selector.file.empty()) {
+    const NoFork until_kept;
     impl->own_fd = ::open(selector.file.c_str(), O_RDWR | O_CLOEXEC);
+    keep_from_children(impl->own_fd);
     if (impl->own_fd < 0) {
       why = selector.file.string() + " cannot be opened: " + std::strerror(errno);
       return nullptr;
@@ -464,7 +496,7 @@ std::unique_ptr<UsbPort> UsbBus::open(const UsbSelector& selector, std::string& 
     impl->file = selector.file;
     const int code = libusb_wrap_sys_device(context_, impl->own_fd, &impl->handle);
     if (code != 0) {
-      ::close(impl->own_fd);
+      close_kept(impl->own_fd);
       why = selector.file.string() + " is not a usable USB device: " + libusb_error_name(code);
       return nullptr;
     }
@@ -475,7 +507,7 @@ std::unique_ptr<UsbPort> UsbBus::open(const UsbSelector& selector, std::string& 
       libusb_device_descriptor descriptor{};
       if (libusb_get_device_descriptor(device, &descriptor) != 0) continue;
       if (descriptor.idVendor != selector.vendor || descriptor.idProduct != selector.product) continue;
-      const int code = libusb_open(device, &impl->handle);
+      const int code = open_handle(device, &impl->handle);
       if (code != 0) {
         impl->handle = nullptr;
         why = "device " + numbers + " at " + path_of(device) +
@@ -487,7 +519,7 @@ std::unique_ptr<UsbPort> UsbBus::open(const UsbSelector& selector, std::string& 
       const std::string serial = string_of(impl->handle, descriptor.iSerialNumber);
       if (serial == selector.serial) break;
       why = "device " + numbers + " has serial number \"" + serial + "\", not \"" + selector.serial + "\"";
-      libusb_close(impl->handle);
+      close_handle(impl->handle);
       impl->handle = nullptr;
     }
     if (impl->handle == nullptr) return nullptr;

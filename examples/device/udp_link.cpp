@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 
+#include "devices/hardware/device_descriptors.hpp"
+
 namespace example_nodes {
 
 std::string UdpLink::name() const {
@@ -16,7 +18,12 @@ std::string UdpLink::name() const {
 }
 
 bool UdpLink::open(tactor::LinkFailure& failure) {
-  socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  {
+    // No child of this program may keep the line to the machine.
+    const tactor::NoFork until_kept;
+    socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    tactor::keep_from_children(socket_);
+  }
   sockaddr_in machine{};
   machine.sin_family = AF_INET;
   machine.sin_port = htons(static_cast<std::uint16_t>(port_));
@@ -67,7 +74,7 @@ void UdpLink::close() {
   if (socket_ < 0) return;
   const Command zero{.number = ++number_, .force = {}};
   static_cast<void>(send(socket_, &zero, sizeof zero, 0));
-  ::close(socket_);
+  tactor::close_kept(socket_);
   socket_ = -1;
 }
 

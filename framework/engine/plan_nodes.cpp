@@ -48,6 +48,20 @@ void note_costs(const Plan& plan, std::vector<std::string>& notes) {
   }
 }
 
+/// A crash in the code of a node in Python ends the process, and what drives a device with it.
+void note_python_beside_hardware(const Plan& plan, std::vector<std::string>& notes) {
+  const auto drives_hardware = [](const NodeSpec& spec) { return spec.info->hardware; };
+  const auto device = std::find_if(plan.nodes.begin(), plan.nodes.end(), drives_hardware);
+  if (device == plan.nodes.end() || plan.graph.clock != Clock::real) return;
+  for (const NodeSpec& spec : plan.nodes) {
+    if (spec.info->python.empty()) continue;
+    notes.push_back(spec.place.text() + ": node " + spec.name + " is in Python and runs in the process that drives " +
+                    device->name +
+                    ": if its code crashes, nothing commands zero any more, and the watchdog of the "
+                    "device itself must let go (docs/trust/safety.md)");
+  }
+}
+
 NodeContext context_of(const GraphSpec& graph, const NodeSpec& spec, const HandPath* hand,
                        std::vector<std::string>* notes) {
   NodeContext context;
@@ -113,6 +127,7 @@ PlanNodes::PlanNodes(const Plan& plan, NodeMeter* meter) : plan_(plan), meter_(m
     at_place(plan.graph, spec, [&] { nodes_.push_back(spec.info->create(spec.params, context)); });
   }
   note_costs(plan, notes_);
+  note_python_beside_hardware(plan, notes_);
 }
 
 std::vector<std::string> NodeChecks::check(const Plan& plan) {
@@ -150,6 +165,7 @@ std::vector<std::string> NodeChecks::check(const Plan& plan) {
   diagnostics.throw_if_any();
   check_effects(plan);
   note_costs(plan, notes);
+  note_python_beside_hardware(plan, notes);
   return notes;
 }
 

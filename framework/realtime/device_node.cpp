@@ -5,6 +5,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/segment.hpp"
+#include "framework/core/value_error.hpp"
 
 namespace tactor {
 
@@ -35,12 +36,23 @@ Duration trusted_for(const ForceSegment& segment, Duration age) {
   return std::min(segment.trust_time, Duration{minute_ns}) - age;
 }
 
+/// The button that must be held, which has to be one that there is.
+std::int32_t dead_man_button_of(const DeviceParams& params, std::optional<int> buttons) {
+  const std::int32_t button = params.dead_man_button;
+  if (!buttons || button <= *buttons) return button;
+  throw ValueError("dead_man_button", "dead_man_button: expected " +
+                                          (*buttons == 0 ? "0, because the device has no buttons"
+                                                         : "a button of the device, 1 to " + std::to_string(*buttons) +
+                                                               ", or 0 for none") +
+                                          ", found " + std::to_string(button));
+}
+
 }  // namespace
 
-DeviceNode::DeviceNode(const DeviceParams& params, const NodeContext& context)
+DeviceNode::DeviceNode(const DeviceParams& params, const NodeContext& context, std::optional<int> buttons)
     : name_(context.name),
       rotates_(context.torque),
-      dead_man_mask_(params.dead_man_button > 0 ? std::uint32_t{1} << (params.dead_man_button - 1) : 0),
+      dead_man_button_(dead_man_button_of(params, buttons)),
       failure_timeout_(params.failure_timeout),
       stale_after_(params.stale_after),
       sample_age_max_(params.sample_age_max),
@@ -71,6 +83,7 @@ Duration DeviceNode::take_segment(Time now) {
   if (any_seen_ && same(stamp, seen_)) return {};
   any_seen_ = true;
   seen_ = stamp;
+  ++segments_;
   const ForceSegment& s = message->value;
   const bool newer = !any_segment_ || (stamp.produced > used_.produced && stamp.sequence > used_.sequence);
   const bool plausible =
@@ -86,6 +99,7 @@ Duration DeviceNode::take_segment(Time now) {
   const bool fresh = (!any_segment_ || stamp.valid > newest_valid_) && now - stamp.produced < stale_after_ &&
                      age < sample_age_max_ && left > Duration{};
   if (fresh) newest_valid_ = stamp.valid;
+  if (!fresh) ++stale_segments_;
   any_segment_ = true;
   used_ = stamp;
   newest_ = s;
@@ -124,7 +138,7 @@ void DeviceNode::step(StepContext& context) {
   if (!rotates_) input.V_WD.w = {};
   input.health = health;
   input.dead_man_held =
-      dead_man_mask_ == 0 || (static_cast<std::uint32_t>(sample_.state.buttons) & dead_man_mask_) != 0;
+      dead_man_button_ == 0 || (static_cast<std::uint32_t>(sample_.state.buttons) >> (dead_man_button_ - 1) & 1U) != 0;
   input.permitted = context.phase() == Phase::running;
 
   const SafetyOutput output = gate_.tick(input);
@@ -133,6 +147,17 @@ void DeviceNode::step(StepContext& context) {
   safety.send(now, output.safety);
   if (context.phase() == Phase::stopping && !gate_.at_rest()) context.not_at_rest();
   end_if_it_failed_for_long(now, health);
+}
+
+ForceAccount DeviceNode::account() const {
+  ForceAccount account;
+  account.gate = gate_.account();
+  account.dead_man_button = dead_man_button_;
+  account.fed = segment.connected();
+  account.segments = segments_;
+  account.refused = rejected_segments_;
+  account.not_fresh = stale_segments_;
+  return account;
 }
 
 void DeviceNode::report(Report& report) const {
@@ -145,7 +170,7 @@ void DeviceNode::report(Report& report) const {
   set("stale", gate_.count(SafetyCause::stale));
   set("clamped_ticks", gate_.clamped_ticks());
   set("slewed_ticks", gate_.slewed_ticks());
-  const auto ticks = static_cast<double>(gate_.ticks());
+  const auto ticks = static_cast<double>(gate_.account().ticks);
   report.set("device.engaged_share", ticks > 0 ? static_cast<double>(gate_.engaged_ticks()) / ticks : 0.0);
   for (const SafetyCause cause : reported_causes) {
     if (gate_.count(cause) > 0) set("causes." + std::string(name_of(cause)), gate_.count(cause));

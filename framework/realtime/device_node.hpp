@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <string>
 
 #include "framework/core/messages.hpp"
@@ -57,6 +58,8 @@ class DeviceNode : public Node {
   /// segments; device.faults; device.stale: times the segments dried up; device.clamped_ticks, device.slewed_ticks;
   /// device.engaged_share: of the ticks, 0 to 1; device.causes.NAME: how often each further cause has come up.
   void report(Report& report) const override;
+  /// What became of its force so far; asked after a run.
+  [[nodiscard]] virtual ForceAccount account() const;
 
   Input<ForceSegment> segment;
   Output<DeviceState> state;
@@ -65,8 +68,9 @@ class DeviceNode : public Node {
   Output<SafetyState> safety;
 
  protected:
-  /// Throws InputError where the limits cannot be.
-  DeviceNode(const DeviceParams& params, const NodeContext& context);
+  /// `buttons`: how many the device has; absent where nobody knows. Throws InputError where the limits cannot be, or
+  /// the device has no such dead-man button.
+  DeviceNode(const DeviceParams& params, const NodeContext& context, std::optional<int> buttons = {});
 
   /// Reads the device, or the newest sample that is there; returns at once.
   virtual ReadResult read(Time now, DeviceSample& sample) noexcept = 0;
@@ -87,7 +91,7 @@ class DeviceNode : public Node {
 
   std::string name_;
   bool rotates_;
-  std::uint32_t dead_man_mask_;
+  std::int32_t dead_man_button_;
   Duration failure_timeout_;
   Duration stale_after_;
   Duration sample_age_max_;
@@ -105,7 +109,7 @@ class DeviceNode : public Node {
   Time newest_valid_;  // of the newest fresh segment
   Stamp seen_;         // of the newest message
   bool any_seen_ = false;
-  std::uint64_t rejected_segments_ = 0;
+  std::uint64_t segments_ = 0, rejected_segments_ = 0, stale_segments_ = 0;
 };
 
 }  // namespace tactor

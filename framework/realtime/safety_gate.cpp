@@ -284,6 +284,23 @@ Wrench SafetyGate::slewed(const Wrench& target) const {
           moved_towards(target.torque, commanded_D_W_.torque, limits_.torque_slew * dt)};
 }
 
+/// With what is commanded by now.
+void SafetyGate::keep_account(const SafetyInput& input, Causes causes) {
+  ++account_.ticks;
+  for (int i = 1; i < safety_cause_count; ++i) {
+    if ((causes & bit(static_cast<SafetyCause>(i))) != 0) ++account_.present[static_cast<std::size_t>(i)];
+  }
+  const bool brakes = mode_ == Mode::braking || mode_ == Mode::fault;
+  if (!at_rest()) ++(brakes ? account_.braked : account_.forced);
+  const bool wanted = input.wanted_D_W && !(input.wanted_D_W->force == Vec3{} && input.wanted_D_W->torque == Vec3{});
+  if (!wanted) return;
+  ++account_.wanted;
+  if (is_finite(*input.wanted_D_W) && clamped_D_W_.force == Vec3{} && clamped_D_W_.torque == Vec3{}) ++account_.no_room;
+  if (!at_rest() && !brakes) return;
+  const SafetyCause why = brakes ? cause_ : first_of(causes & ~passing_causes);
+  ++account_.withheld[static_cast<std::size_t>(why)];
+}
+
 SafetyOutput SafetyGate::tick(const SafetyInput& input) noexcept {
   advance(input);
   const Causes causes = causes_of(input);
@@ -303,7 +320,7 @@ SafetyOutput SafetyGate::tick(const SafetyInput& input) noexcept {
   const Wrench target = target_for(input.V_WD);
   commanded_D_W_ = slewed(target);
   if (!(commanded_D_W_.force == target.force && commanded_D_W_.torque == target.torque)) ++slewed_ticks_;
-  ++ticks_;
+  keep_account(input, causes);
   if (mode_ == Mode::engaged) ++engaged_ticks_;
 
   Engagement engagement = Engagement::disengaged;

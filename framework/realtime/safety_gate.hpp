@@ -9,6 +9,7 @@
 
 #include "framework/core/messages.hpp"
 #include "framework/core/time.hpp"
+#include "framework/realtime/force_account.hpp"
 
 namespace tactor {
 
@@ -95,7 +96,7 @@ class SafetyGate {
   /// How often a cause has come up.
   [[nodiscard]] std::uint64_t count(SafetyCause cause) const { return counts_[static_cast<std::size_t>(cause)]; }
   [[nodiscard]] std::uint64_t faults() const { return faults_; }
-  [[nodiscard]] std::uint64_t ticks() const { return ticks_; }
+  [[nodiscard]] const GateAccount& account() const { return account_; }
   [[nodiscard]] std::uint64_t engaged_ticks() const { return engaged_ticks_; }    ///< in state engaged
   [[nodiscard]] std::uint64_t clamped_ticks() const { return clamped_ticks_; }    ///< beyond force_max or torque_max
   [[nodiscard]] std::uint64_t slewed_ticks() const { return slewed_ticks_; }      ///< the slew limit changed the wrench
@@ -113,6 +114,7 @@ class SafetyGate {
   [[nodiscard]] Wrench target_for(const Twist& V_WD);
   [[nodiscard]] Wrench slewed(const Wrench& target) const;
   void enter(Mode mode, SafetyCause cause);
+  void keep_account(const SafetyInput& input, Causes causes);
 
   SafetyLimits limits_;
   Duration longest_tick_;
@@ -139,7 +141,8 @@ class SafetyGate {
 
   Causes causes_ = 0;  // of the last tick
   std::array<std::uint64_t, safety_cause_count> counts_{};
-  std::uint64_t faults_ = 0, ticks_ = 0, engaged_ticks_ = 0, clamped_ticks_ = 0, slewed_ticks_ = 0, rejected_ticks_ = 0;
+  GateAccount account_;
+  std::uint64_t faults_ = 0, engaged_ticks_ = 0, clamped_ticks_ = 0, slewed_ticks_ = 0, rejected_ticks_ = 0;
 };
 
 }  // namespace tactor

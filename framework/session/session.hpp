@@ -56,7 +56,7 @@ inline const MessageType& type_of(const Plan& plan, const PlannedOutput& at) {
 /// Under the virtual clock, the run proceeds only in `advance`, which makes the steps of that much time. The steps are
 /// the same for any division into advances. With `clock: real` the run proceeds by itself, and `advance` waits.
 ///
-/// Used by one thread. A tap may be read on another.
+/// Used by one thread at a time, and each call may come from another one. A tap may be read beside them.
 class Session {
   class Run;
 
@@ -161,7 +161,8 @@ class Session {
   [[nodiscard]] Time now();
   /// Live: the state now.
   [[nodiscard]] LiveStatus status();
-  /// Ends the run at once; live, the devices ramp down in `finish`. Live: from any thread.
+  /// Ends the run at once; live, the devices ramp down in `finish`. Live: from any thread, at any time from the start
+  /// to the end of `finish`.
   void stop();
   /// Ends the run if it is still running, and everything that belongs to it. Its nodes and metrics stay. Once.
   void finish();

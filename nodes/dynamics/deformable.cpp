@@ -253,10 +253,9 @@ bool DeformableDynamics::take_samples(Time until) {
     if (waiting_) break;
     const bool known = begun_ || has_newest_;
     const bool late = known && next_.stamp.valid <= (has_newest_ ? newest_ : used_).stamp.valid;
-    if (!is_usable(next_.value) || late) {
-      ++rejected_;
-      continue;
-    }
+    const Refusal refusal = !is_usable(next_.value) ? Refusal::not_finite : late ? Refusal::late : Refusal::none;
+    refused_.count(refusal);
+    if (refusal != Refusal::none) continue;
     newest_ = next_;
     newest_.value.X_WD.R = normalized(newest_.value.X_WD.R);
     has_newest_ = true;
@@ -337,7 +336,7 @@ void DeformableDynamics::report(Report& report) const {
   report.add("dynamics_damped_steps", static_cast<double>(damped_));
   report.add("dynamics_stopped_steps", static_cast<double>(stopped_));
   report.add("dynamics_contacts_left_out", static_cast<double>(left_out_));
-  report.add("dynamics_rejected_samples", static_cast<double>(rejected_));
+  report.add("dynamics_rejected_samples", static_cast<double>(refused_.refused()));
   report.set("deformable.iterations", mean(counts.iterations));
   report.set("deformable.factors", mean(counts.factors + condensation_->factors()));
   if (params_.reuse_factors) report.set("deformable.updates", mean(counts.updates));

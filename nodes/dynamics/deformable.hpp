@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/dynamics/dynamics_node.hpp"
 #include "nodes/physics/contact/patch_contacts.hpp"
@@ -17,7 +18,7 @@ namespace tactor {
 /// slow physics does not make itself slower. Nothing is done until that sample is `min_step` later. A state is stamped
 /// with the time of the last sample it used. Throws InputError where nothing deforms or nothing moves as a whole, and
 /// RunError at the first coupling of a massless tool.
-class DeformableDynamics final : public Node {
+class DeformableDynamics final : public Node, public Refusing {
  public:
   struct Params : DynamicsParams, SoftOptions {
     Integrator integrator = Integrator::implicit_euler;
@@ -38,6 +39,7 @@ class DeformableDynamics final : public Node {
   static NodeInfo declare();
   void step(StepContext& context) override;
   void report(Report& report) const override;
+  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<ContactSet> contacts;
   Input<DeviceState> device;
@@ -68,7 +70,8 @@ class DeformableDynamics final : public Node {
   Stamped<DeviceState> next_;    // beyond that time, where `waiting_`
   bool begun_ = false, waiting_ = false, has_newest_ = false;
   StepResult last_{.outcome = StepOutcome::converged};
-  std::int64_t steps_ = 0, damped_ = 0, stopped_ = 0, left_out_ = 0, rejected_ = 0, unsent_ = 0;
+  std::int64_t steps_ = 0, damped_ = 0, stopped_ = 0, left_out_ = 0, unsent_ = 0;
+  Refusals refused_{"samples"};
 };
 
 }  // namespace tactor

@@ -119,11 +119,12 @@ bool DynamicsNode::take_sample(Time until) {
     waiting_ = false;
     // One from the past would move the handle back.
     const bool late = begun_ && sample_.stamp.valid <= used_.stamp.valid;
-    if (is_usable(sample_.value) && !late) {
+    const Refusal refusal = !is_usable(sample_.value) ? Refusal::not_finite : late ? Refusal::late : Refusal::none;
+    refused_.count(refusal);
+    if (refusal == Refusal::none) {
       sample_.value.X_WD.R = normalized(sample_.value.X_WD.R);
       return true;
     }
-    ++rejected_;
   }
 }
 
@@ -206,7 +207,7 @@ void DynamicsNode::report(Report& report) const {
   report.add("dynamics_damped_steps", static_cast<double>(damped_));
   report.add("dynamics_stopped_steps", static_cast<double>(stopped_));
   report.add("dynamics_contacts_left_out", static_cast<double>(left_out_));
-  report.add("dynamics_rejected_samples", static_cast<double>(rejected_));
+  report.add("dynamics_rejected_samples", static_cast<double>(refused_.refused()));
   report.set("dynamics_energy_generated_J", observer_.generated());
   report.set("dynamics_energy_generated_max_J", observer_.largest());
   report.set("dynamics_energy_dissipated_J", observer_.dissipated());

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "framework/core/refusals.hpp"
 #include "framework/node/node.hpp"
 #include "nodes/dynamics/passivity.hpp"
 #include "nodes/physics/mechanics/local_patch.hpp"
@@ -38,10 +39,11 @@ struct InertialParams : DynamicsParams {
 /// it. That estimate, summed over the sub-steps between two
 /// samples of the handle, is the position error of the tool that a sample adds. With a tolerance, a sub-step of a
 /// larger estimate is taken anew with a shorter one, down to `min_substep`. The estimate alone changes no result.
-class DynamicsNode : public Node {
+class DynamicsNode : public Node, public Refusing {
  public:
   void step(StepContext& context) override;
   void report(Report& report) const override;
+  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<ContactSet> contacts;
   Input<DeviceState> device;
@@ -86,7 +88,7 @@ class DynamicsNode : public Node {
   std::int64_t damped_ = 0;
   std::int64_t stopped_ = 0;
   std::int64_t left_out_ = 0;
-  std::int64_t rejected_ = 0;
+  Refusals refused_{"samples"};
 };
 
 }  // namespace tactor

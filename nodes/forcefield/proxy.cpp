@@ -144,12 +144,13 @@ void ProxyForceField::step(StepContext& context) {
   bool moved = false;
   while (samples_.next(device, sample)) {
     const bool later = !any_ || sample.stamp.valid > newest_.stamp.valid;
-    if (later && is_finite(sample.value.X_WD.p)) {
-      go_to(sample);
-      moved = true;
-    } else {
-      ++rejected_;
-    }
+    const Refusal refusal = !is_finite(sample.value.X_WD.p) ? Refusal::not_finite
+                            : later                         ? Refusal::none
+                                                            : Refusal::late;
+    refused_.count(refusal);
+    if (refusal != Refusal::none) continue;
+    go_to(sample);
+    moved = true;
   }
   if (!moved) return;
   context.add_work(proxy_.contacts());
@@ -172,7 +173,7 @@ void ProxyForceField::report(Report& report) const {
   report.set("proxy.lost_samples", static_cast<double>(lost_));
   report.set("proxy.unfinished_moves", static_cast<double>(unfinished_));
   report.set("proxy.starved_moves", static_cast<double>(starved_));
-  report.set("proxy.rejected_samples", static_cast<double>(rejected_));
+  report.set("proxy.rejected_samples", static_cast<double>(refused_.refused()));
   report.set("proxy.casts_mean", moves_ > 0 ? static_cast<double>(casts_) / static_cast<double>(moves_) : 0.0);
   report.set("proxy.casts_most", casts_most_);
   report.set("proxy.looks_most", looks_most_);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
 #include "nodes/forcefield/god_object.hpp"
@@ -18,7 +19,7 @@ namespace tactor {
 /// them; while the proxy has no place, eight nearest points of each body. Messages are stamped valid for the newest
 /// sample. No torque. Throws InputError as check_static_scene does, where a mesh is no solid, and where the proxy is to
 /// be the tool and that is no sphere.
-class ProxyForceField final : public Node {
+class ProxyForceField final : public Node, public Refusing {
  public:
   enum class Probe { tool, point };
   struct Params {
@@ -38,6 +39,7 @@ class ProxyForceField final : public Node {
   /// `proxy.contacts_most`, `proxy.lost_samples`, `proxy.unfinished_moves`, `proxy.starved_moves`,
   /// `proxy.rejected_samples`, `proxy.casts_mean`, `proxy.casts_most`, `proxy.looks_most`.
   void report(Report& report) const override;
+  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<DeviceState> device;
   Output<ForceSegment> segment;
@@ -56,8 +58,9 @@ class ProxyForceField final : public Node {
   Vec3 last_p_;  // m, of the proxy at the sample before
   Vec3 v_;       // m/s, of the proxy
   bool any_ = false;
-  std::int64_t moves_ = 0, lost_ = 0, unfinished_ = 0, starved_ = 0, rejected_ = 0, casts_ = 0;
+  std::int64_t moves_ = 0, lost_ = 0, unfinished_ = 0, starved_ = 0, casts_ = 0;
   int contacts_most_ = 0, casts_most_ = 0, looks_most_ = 0;
+  Refusals refused_{"samples"};
 };
 
 }  // namespace tactor

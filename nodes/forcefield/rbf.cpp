@@ -227,9 +227,9 @@ Vec3 RbfForceField::at(Vec3 p_WD, const CouplingParameters& spring) {
 void RbfForceField::step(StepContext& context) {
   Stamped<DeviceState> state;
   while (states_.next(device, state)) {
-    if (!is_finite(state.value.X_WD.p)) {
-      ++rejected_;
-    } else if (!any_ || state.stamp.valid > newest_.stamp.valid) {
+    const bool finite = is_finite(state.value.X_WD.p);
+    refused_.count(finite ? Refusal::none : Refusal::not_finite);
+    if (finite && (!any_ || state.stamp.valid > newest_.stamp.valid)) {
       newest_ = state;
       any_ = true;
     }
@@ -254,7 +254,7 @@ void RbfForceField::report(Report& report) const {
   report.set("forcefield.residual_max_N", residual_max_);
   report.set("forcefield.unsettled_samples", static_cast<double>(unsettled_));
   report.set("forcefield.outside_ticks", static_cast<double>(outside_ticks_));
-  report.set("forcefield.rejected_samples", static_cast<double>(rejected_));
+  report.set("forcefield.rejected_samples", static_cast<double>(refused_.refused()));
 }
 
 }  // namespace tactor

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
 #include "nodes/forcefield/radial_basis.hpp"
@@ -19,7 +20,7 @@ namespace tactor {
 /// Peterlik, "Haptic Rendering Based on RBF Approximation from Dynamically Updated Data", MEMICS 2010; precomputed
 /// here, with a local basis. Throws InputError as check_static_scene does, where a fixed body has no end and no region
 /// is given, and where the region holds too many lattice points.
-class RbfForceField final : public Node {
+class RbfForceField final : public Node, public Refusing {
  public:
   struct Params {
     double k_t = 0;              ///< N/m
@@ -35,6 +36,7 @@ class RbfForceField final : public Node {
   /// Throws InputError at a coupling of another stiffness than k_t.
   void step(StepContext& context) override;
   void report(Report& report) const override;
+  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<DeviceState> device;
   Input<CouplingParameters> coupling;
@@ -56,7 +58,8 @@ class RbfForceField final : public Node {
   NewMessages<DeviceState> states_;
   Stamped<DeviceState> newest_;
   bool any_ = false;
-  std::int64_t outside_ticks_ = 0, rejected_ = 0;
+  std::int64_t outside_ticks_ = 0;
+  Refusals refused_{"samples"};
 };
 
 }  // namespace tactor

@@ -52,10 +52,11 @@ double SpringForceField::force_at(double x, double v) const {
 void SpringForceField::take(Time now, const Stamped<DeviceState>& sample) {
   const double x = sample.value.X_WD.p[axis_], shown = sample.value.V_WD.v[axis_];
   const Time t = sample.stamp.valid;
-  if (!std::isfinite(x) || !std::isfinite(shown) || (any_ && t <= t_)) {
-    ++rejected_;
-    return;
-  }
+  const Refusal refusal = !std::isfinite(x) || !std::isfinite(shown) ? Refusal::not_finite
+                          : any_ && t <= t_                          ? Refusal::late
+                                                                     : Refusal::none;
+  refused_.count(refusal);
+  if (refusal != Refusal::none) return;
   const double difference = any_ ? (x - x_) / (t - t_).seconds() : 0.0;
   any_ = true;
   x_ = x;
@@ -72,7 +73,7 @@ void SpringForceField::step(StepContext& context) {
 }
 
 void SpringForceField::report(Report& report) const {
-  report.set("forcefield.rejected_samples", static_cast<double>(rejected_));
+  report.set("forcefield.rejected_samples", static_cast<double>(refused_.refused()));
 }
 
 }  // namespace tactor

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
 
@@ -15,7 +16,7 @@ namespace tactor {
 ///
 /// v_0 is zero. Samples that are not finite, or not later than the one before, are left out and counted. A segment is
 /// stamped as the sample that it was made from.
-class SpringForceField final : public Node {
+class SpringForceField final : public Node, public Refusing {
  public:
   enum class Sides : std::uint8_t { one, two };
   enum class Velocity : std::uint8_t { difference, device };
@@ -33,6 +34,7 @@ class SpringForceField final : public Node {
   static NodeInfo declare();
   void step(StepContext& context) override;
   void report(Report& report) const override;
+  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<DeviceState> device;
   Output<Wrench> force;
@@ -48,7 +50,7 @@ class SpringForceField final : public Node {
   bool any_ = false;
   double x_ = 0;  // m, of the sample before
   Time t_;        // of the same
-  std::int64_t rejected_ = 0;
+  Refusals refused_{"samples"};
 };
 
 }  // namespace tactor

@@ -78,8 +78,8 @@ void Direct::take_coupling() {
   if (start_.bodies.massless != 0) start_.coupling.massless = 1;
   // Before the first result there is nothing to learn for.
   if (!begun_from_ || rollout_.learn(start_)) return;
+  refused_.count(rollout_.refusal(start_));
   start_.coupling = before;
-  ++rejected_results_;
 }
 
 /// Puts the bodies where the newest result has them, if that is a new one.
@@ -99,11 +99,12 @@ void Direct::begin(Time now) {
   start.bodies = result->value;
   start.p_WT_result = result->value.X_WB[0].p;
   if (result->value.massless != 0) start.coupling.massless = 1;
+  const Refusal refusal = rollout_.refusal(start);
+  refused_.count(refusal);
   if (!rollout_.restart(start)) {
     start.bodies = before;
     start.coupling.massless = massless;
     rejected_ = sequence;
-    ++rejected_results_;
     return;
   }
   begun_from_ = sequence;
@@ -214,7 +215,7 @@ void Direct::report(Report& report) const {
   report.set("direct.ticks", static_cast<double>(ticks_));
   report.set("direct.fallback_ticks", static_cast<double>(fallback_ticks_));
   report.add("fallbacks", static_cast<double>(fallback_ticks_));
-  report.set("direct.rejected_results", static_cast<double>(rejected_results_));
+  report.set("direct.rejected_results", static_cast<double>(refused_.refused()));
   report.set("direct.rejected_samples", static_cast<double>(track_.rejected()));
   report.set("direct.work_mean", steps_ > 0 ? static_cast<double>(work_) / static_cast<double>(steps_) : 0.0);
   report.set("direct.work_most", static_cast<double>(most_work_));

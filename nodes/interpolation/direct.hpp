@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/interpolation/blended_force.hpp"
 #include "nodes/interpolation/handle_track.hpp"
@@ -26,7 +27,7 @@ namespace tactor {
 /// The segment is stamped as the newest sample stepped to, or as that of `otherwise`. So after a fall-back no segment
 /// is fresh to the device's gate until physics has passed the last sample stepped to: give `stale_after` two intervals
 /// of physics at least.
-class Direct final : public Node {
+class Direct final : public Node, public Refusing {
  public:
   struct Params : SurfaceOptions {
     Duration blend_time;
@@ -41,6 +42,7 @@ class Direct final : public Node {
   /// `direct.ticks`, `direct.fallback_ticks` (added to `fallbacks`), `direct.rejected_results`,
   /// `direct.rejected_samples`, `direct.work_mean`, `direct.work_most`.
   void report(Report& report) const override;
+  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<DeviceState> device;
   Input<CouplingParameters> coupling;
@@ -81,7 +83,7 @@ class Direct final : public Node {
   std::uint64_t otherwise_shown_ = std::numeric_limits<std::uint64_t>::max();
 
   std::int64_t ticks_ = 0, fallback_ticks_ = 0;
-  std::int64_t rejected_results_ = 0;
+  Refusals refused_{"results"};
   std::int64_t steps_ = 0, work_ = 0, most_work_ = 0;
 };
 

@@ -203,10 +203,11 @@ bool Rollout::take_model(Time now) {
   const bool judged = !older && newest.value.time <= now && newest.stamp.sequence != rejected_;
   const bool keep = keeps_tool() && !(judged && disagrees(newest));
   if (older || newest.value.time > now || !(keep ? rollout_.learn(newest.value) : rollout_.restart(newest.value))) {
-    if (newest.stamp.sequence != rejected_) ++rejected_models_;
+    if (newest.stamp.sequence != rejected_) count_refused(newest.value, older || newest.value.time > now);
     rejected_ = newest.stamp.sequence;
     return false;
   }
+  refused_.count(Refusal::none);
   // The age of the first one is what physics took to make it.
   note_interval(running_ ? newest.stamp.valid - used_.valid : now - newest.stamp.valid);
   if (const Then* then = known_at(newest.stamp.valid)) {
@@ -221,6 +222,16 @@ bool Rollout::take_model(Time now) {
   advanced_ = track_.first();
   while (advanced_ < track_.count() && track_[advanced_].stamp.valid <= newest.value.time) ++advanced_;
   return true;
+}
+
+void Rollout::count_refused(const LocalModel& newest, bool late) {
+  const Refusal why = late ? Refusal::late : rollout_.refusal(newest);
+  if (why == Refusal::too_many) {
+    refused_.count_too_many(newest.contacts.count, LocalContacts::capacity);
+  } else {
+    // What the rollout would accept by itself does not go with the patch that it steps.
+    refused_.count(why == Refusal::none ? Refusal::another_scene : why);
+  }
 }
 
 /// Trusts slow physics for longer, as long as it comes.
@@ -383,7 +394,7 @@ void Rollout::report(Report& report) const {
   report.set("rollout.outdone_ticks", static_cast<double>(outdone_ticks_));
   report.set("rollout.estimated_error_N", estimate_.error(rolled));
   report.set("rollout.estimated_hold_error_N", estimate_.error(held_result));
-  report.set("rollout.rejected_models", static_cast<double>(rejected_models_));
+  report.set("rollout.rejected_models", static_cast<double>(refused_.refused()));
   report.set("rollout.rejected_samples", static_cast<double>(track_.rejected()));
   if (surface_ && params_.restart == Params::Restart::on_disagreement) {
     report.set("rollout.disagreements", static_cast<double>(disagreements_));

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/interpolation/blended_force.hpp"
 #include "nodes/interpolation/error_estimate.hpp"
@@ -34,7 +35,7 @@ namespace tactor {
 /// A rollout that is trusted is still compared with physics: each result tells how far the rollout, the forecast and a
 /// hold were from it at its stamp (see ErrorEstimate). Where another has been nearer because physics has another law of
 /// contact, it is displayed, and counted.
-class Rollout final : public Node {
+class Rollout final : public Node, public Refusing {
  public:
   struct Params : SurfaceOptions, PatchOptions {
     Duration blend_time;
@@ -58,6 +59,7 @@ class Rollout final : public Node {
   /// `rollout.ticks`, those of each fallback (`rollout.jacobian_ticks`, `rollout.forecast_ticks`,
   /// `rollout.held_ticks`, together `fallbacks`), `rollout.rejected_models`, `rollout.correction_rms_N`.
   void report(Report& report) const override;
+  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<LocalModel> model;
   Input<DeviceState> device;
@@ -76,6 +78,7 @@ class Rollout final : public Node {
   };
 
   bool take_model(Time now);
+  void count_refused(const LocalModel& newest, bool late);
   [[nodiscard]] bool keeps_tool() const;
   [[nodiscard]] const Then* known_at(Time time) const;
   bool disagrees(const Stamped<LocalModel>& result);
@@ -122,7 +125,7 @@ class Rollout final : public Node {
   Pose anchor_X_WD_;   // the handle then
   Eigen::Matrix<double, 6, 6> jacobian_ = Eigen::Matrix<double, 6, 6>::Zero();
   std::array<std::int64_t, 4> ticks_{};  // by source
-  std::int64_t rejected_models_ = 0;
+  Refusals refused_{"models", "contacts"};
   std::int64_t corrections_ = 0;
   std::int64_t steps_ = 0, work_ = 0, most_work_ = 0;
   std::int64_t steps_on_anchors_ = 0, disagreements_ = 0, outdone_ticks_ = 0;

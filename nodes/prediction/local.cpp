@@ -226,16 +226,26 @@ void LocalPredictor::step(StepContext&) {
   const Stamped<BodyStates>* result = bodies.latest();
   const Stamped<CouplingParameters>* spring = coupling.latest();
   if (result == nullptr || spring == nullptr || track_.size() == 0) return;
+  const Refusal refusal = take_result(*result, spring->value);
+  if (refusal == Refusal::too_many) {
+    refused_.count_too_many(start_.contacts.count, LocalContacts::capacity);
+  } else {
+    refused_.count(refusal);
+  }
+}
+
+/// Sends the model of the result, brought on to the newest sample; or why not.
+Refusal LocalPredictor::take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring) {
   // The handle as it was for the result, or the oldest that is known.
   std::size_t age = 0;  // also the number of later samples
-  while (age < track_.size() && track_[age].stamp.valid > result->stamp.valid) ++age;
-  start_.time = result->stamp.valid;
+  while (age < track_.size() && track_[age].stamp.valid > result.stamp.valid) ++age;
+  start_.time = result.stamp.valid;
   start_.device = track_[std::min(age, track_.size() - 1)].value;
-  start_.bodies = result->value;
-  start_.p_WT_result = result->value.X_WB[0].p;
-  start_.coupling = spring->value;
+  start_.bodies = result.value;
+  start_.p_WT_result = result.value.X_WB[0].p;
+  start_.coupling = spring;
   // As dynamics stepped, whatever the spring would be for a tool with mass.
-  if (result->value.massless != 0) start_.coupling.massless = 1;
+  if (result.value.massless != 0) start_.coupling.massless = 1;
   start_.wrench_result = coupling_wrench(start_.coupling,
                                          {.X_WT = start_.bodies.X_WB[0],
                                           .V_WT = start_.bodies.V_WB[0],
@@ -243,39 +253,33 @@ void LocalPredictor::step(StepContext&) {
                                           .V_WD = start_.device.V_WD},
                                          rollout_.tool_rotates());
   take_contacts();
-  if (!take_patch(result->stamp.valid) || !rollout_.accepts(start_)) {
-    ++rejected_results_;
-    return;
-  }
-  fit_contacts(*result);
+  if (!take_patch(result.stamp.valid)) return Refusal::incomplete;
+  if (const Refusal refusal = rollout_.refusal(start_); refusal != Refusal::none) return refusal;
+  fit_contacts(result);
   rollout_.restart(start_);
   if (params_.resimulate) {
     while (age > 0) {
       age = next_age(age);
       // What goes on from a step that failed is nobody's truth; the display goes on with the model before.
-      if (!rollout_.advance(track_[age])) {
-        ++failed_;
-        return;
-      }
+      if (!rollout_.advance(track_[age])) return Refusal::unsolved;
       ++resimulated_;
     }
   } else {
     start_.time = track_[0].stamp.valid;
     start_.device = track_[0].value;
   }
-  if (send(result->stamp.valid)) {
-    ++results_;
-  } else {
-    ++rejected_results_;
-  }
+  if (!send(result.stamp.valid)) return Refusal::incomplete;
+  ++results_;
+  return Refusal::none;
 }
 
 void LocalPredictor::report(Report& report) const {
   report.set("prediction.resimulated_steps",
              results_ > 0 ? static_cast<double>(resimulated_) / static_cast<double>(results_) : 0.0);
-  report.add("prediction.rejected_results", static_cast<double>(rejected_results_));
+  report.add("prediction.rejected_results",
+             static_cast<double>(refused_.refused() - refused_.refused(Refusal::unsolved)));
   report.add("prediction.rejected_samples", static_cast<double>(rejected_samples_));
-  report.add("prediction.failed_steps", static_cast<double>(failed_));
+  report.add("prediction.failed_steps", static_cast<double>(refused_.refused(Refusal::unsolved)));
   if (!params_.fit || !state.connected()) return;
   report.set("local.fit.stiffness_scale", fit_.error().stiffness_scale);
   report.set("local.fit.friction_excess", fit_.error().friction_excess);

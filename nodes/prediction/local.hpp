@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
 #include "nodes/physics/contact/patch_contacts.hpp"
@@ -19,7 +20,7 @@ namespace tactor {
 /// but for the last, so that a device of a higher rate does not make a result cost more. What deforms around the tool
 /// is moved together with it. With physics' own contact force it learns how stiff and how rough these are (ContactFit),
 /// and corrects them before they are used.
-class LocalPredictor final : public Node {
+class LocalPredictor final : public Node, public Refusing {
  public:
   struct Params : PatchOptions {
     std::int32_t iterations = 0;
@@ -42,6 +43,7 @@ class LocalPredictor final : public Node {
   /// (`local.fit.left_out`), those that no stiffness and friction explains (`local.fit.silent`), and how often it began
   /// anew (`local.fit.surprises`, `local.fit.resets`).
   void report(Report& report) const override;
+  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<BodyStates> bodies;
   Input<LocalContacts> contacts;
@@ -57,6 +59,7 @@ class LocalPredictor final : public Node {
   void take_contacts();
   [[nodiscard]] bool take_patch(Time result);
   bool send(Time result);
+  [[nodiscard]] Refusal take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring);
   [[nodiscard]] std::size_t next_age(std::size_t age) const;
   [[nodiscard]] const ContactSet* contacts_of(Time result) const;
   void fit_contacts(const Stamped<BodyStates>& result);
@@ -71,7 +74,8 @@ class LocalPredictor final : public Node {
   LocalModel start_;
   NewMessages<DeviceState> new_states_;
   SampleWindow<Stamped<DeviceState>> track_{2048};
-  std::int64_t results_ = 0, resimulated_ = 0, rejected_results_ = 0, rejected_samples_ = 0, failed_ = 0;
+  Refusals refused_{"results", "contacts"};
+  std::int64_t results_ = 0, resimulated_ = 0, rejected_samples_ = 0;
   std::int64_t left_out_of_fit_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
 #include "framework/node/new_messages.hpp"
 #include "framework/node/period_parameters.hpp"
 #include "nodes/prediction/sample_gate.hpp"
@@ -19,10 +20,11 @@ struct PredictorParams : PeriodOptions, ForceLimits {
 /// The base of a predictor. It takes all new samples, drops those that are not finite, estimates the period, holds the
 /// steps that the derived class does not predict, and limits the forecast to the device's limits. A forecast carries
 /// the stamp of the newest usable sample. Before there is one, it forecasts zero with the stamp of the newest message.
-class Predictor : public Node {
+class Predictor : public Node, public Refusing {
  public:
   void step(StepContext& context) final;
   void report(Report& report) const override { guard_.report(report); }
+  [[nodiscard]] const Refusals& refusals() const final { return guard_.refusals(); }
   [[nodiscard]] std::optional<Time> warm_since() const final { return warm_since_; }
 
   Input<Wrench> force;

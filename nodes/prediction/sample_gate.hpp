@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <span>
 
+#include "framework/core/refusals.hpp"
 #include "framework/core/spatial.hpp"
 #include "framework/node/declare.hpp"
 
@@ -34,10 +35,11 @@ class ForecastGuard {
     if (!torque_) sample.torque = {};
     if (is_usable(sample)) {
       last_ = sample;
+      refused_.count(Refusal::none);
       return true;
     }
     sample = last_;
-    ++rejected_;
+    refused_.count(Refusal::not_finite);
     ++fallbacks_;
     return false;
   }
@@ -82,12 +84,13 @@ class ForecastGuard {
   }
   void report(Report& report) const {
     report.add("fallbacks", static_cast<double>(fallbacks_));
-    report.add("prediction.rejected_samples", static_cast<double>(rejected_));
+    report.add("prediction.rejected_samples", static_cast<double>(refused_.refused()));
     report.add("prediction.not_finite", static_cast<double>(not_finite_));
     report.add("prediction.clamped", static_cast<double>(clamped_));
     report.add("prediction.warm_up", static_cast<double>(warm_up_));
   }
 
+  [[nodiscard]] const Refusals& refusals() const { return refused_; }
   [[nodiscard]] bool torque() const { return torque_; }
 
  private:
@@ -115,7 +118,8 @@ class ForecastGuard {
   ForceLimits limits_;
   bool torque_;
   Wrench last_;
-  std::int64_t fallbacks_ = 0, rejected_ = 0, not_finite_ = 0, clamped_ = 0, warm_up_ = 0;
+  Refusals refused_{"forces"};
+  std::int64_t fallbacks_ = 0, not_finite_ = 0, clamped_ = 0, warm_up_ = 0;
 };
 
 }  // namespace tactor

@@ -13,6 +13,7 @@
 #include "python/file_text.hpp"
 #include "python/interpreter_lock.hpp"
 #include "python/nodes/interpreter.hpp"
+#include "python/nodes/node_code.hpp"
 #include "python/nodes/python_node.hpp"
 
 namespace tactor::python {
@@ -177,6 +178,7 @@ const NodeInfo& declare(const fs::path& file, const std::string& name, Registry&
   start_interpreter();
   const LockHeld lock;
   const py::module_ module = node_module();
+  const NodeCode code_of_node;
   try {
     const auto [cls, code] =
         module.attr("load")(python_text(file.native()), name).cast<std::pair<py::object, std::string>>();
@@ -185,7 +187,9 @@ const NodeInfo& declare(const fs::path& file, const std::string& name, Registry&
     NodeClass*& entry = known[cls.ptr()];
     if (entry == nullptr) entry = &make_class(file, cls, code, registry);
     return entry->info;
-  } catch (const py::error_already_set& error) {
+  } catch (py::error_already_set& error) {
+    code_of_node.end_child(&error);
+    static_cast<void>(NodeCode::kept_alive());  // the error tells it
     if (error.matches(module.attr("Refused"))) throw InputError(bytes_of_text(py::str(error.value())));
     throw InputError(file.string() + ": " + traceback_of(error));
   }

@@ -12,6 +12,7 @@
 #include "python/file_text.hpp"
 #include "python/interpreter_lock.hpp"
 #include "python/nodes/interpreter.hpp"
+#include "python/nodes/node_code.hpp"
 
 namespace tactor::python {
 
@@ -89,6 +90,21 @@ RunError failed(const py::error_already_set& error) {
   return RunError("interrupted");
 }
 
+/// Does what calls the code of a node. Throws RunError where the code raises, or asks for the end of the process.
+template <class Work>
+void run_code(const Work& work) {
+  const NodeCode code;
+  try {
+    work();
+  } catch (py::error_already_set& error) {
+    code.end_child(&error);
+    static_cast<void>(NodeCode::kept_alive());  // the error tells it
+    throw failed(error);
+  }
+  code.end_child(nullptr);
+  if (const auto asked = NodeCode::kept_alive()) throw RunError(*asked);
+}
+
 [[noreturn]] void refuse_closed() {
   throw std::runtime_error("a port works while its node is in start or step, and at no other time");
 }
@@ -164,35 +180,40 @@ PythonNode::PythonNode(const NodeClass& node_class, const std::vector<ParamValue
   }
   const LockHeld lock;
   try {
-    py::list ports;
-    for (std::size_t i = 0; i < inputs_.size(); ++i) {
-      const std::shared_ptr<InputPort> port = inputs_[i];
-      py::dict functions;
-      functions["latest"] = py::cpp_function([port] { return port->latest(); });
-      functions["new"] = py::cpp_function([port] { return port->take_new(); });
-      ports.append(py::make_tuple(info.inputs[i].name, functions));
-    }
-    for (std::size_t i = 0; i < outputs_.size(); ++i) {
-      const std::shared_ptr<OutputPort> port = outputs_[i];
-      py::dict functions;
-      functions["send"] =
-          py::cpp_function([port](const py::object& valid, const py::object& value) { port->send(valid, value); },
-                           py::arg("valid_ns"), py::arg("value"));
-      functions["zeros"] = py::cpp_function([port] { return port->zeros(); });
-      functions["wanted"] = py::cpp_function([port] { return port->port.wanted(); });
-      ports.append(py::make_tuple(info.outputs[i].name, functions));
-    }
-    const py::module_ module = node_module();
-    object_ = module.attr("make")(
-        class_.cls, ports, dict_of(info, values),
-        py::make_tuple(python_text(context.name), context.seed, context.torque, context.duration.ns));
-    step_ = module.attr("Step")();
-    start_method_ = object_.attr("start");
-    step_method_ = object_.attr("step");
-  } catch (const py::error_already_set& error) {
+    run_code([&] { make(context, values); });
+  } catch (const RunError& error) {
     for (py::object* one : {&object_, &step_, &start_method_, &step_method_}) *one = py::object();
-    throw RunError("node " + context.name + " (" + info.python + ") cannot be made: " + failed(error).what());
+    throw RunError("node " + context.name + " (" + info.python + ") cannot be made: " + error.what());
   }
+}
+
+void PythonNode::make(const NodeContext& context, const std::vector<ParamValue>& values) {
+  const NodeInfo& info = class_.info;
+  py::list ports;
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const std::shared_ptr<InputPort> port = inputs_[i];
+    py::dict functions;
+    functions["latest"] = py::cpp_function([port] { return port->latest(); });
+    functions["new"] = py::cpp_function([port] { return port->take_new(); });
+    ports.append(py::make_tuple(info.inputs[i].name, functions));
+  }
+  for (std::size_t i = 0; i < outputs_.size(); ++i) {
+    const std::shared_ptr<OutputPort> port = outputs_[i];
+    py::dict functions;
+    functions["send"] =
+        py::cpp_function([port](const py::object& valid, const py::object& value) { port->send(valid, value); },
+                         py::arg("valid_ns"), py::arg("value"));
+    functions["zeros"] = py::cpp_function([port] { return port->zeros(); });
+    functions["wanted"] = py::cpp_function([port] { return port->port.wanted(); });
+    ports.append(py::make_tuple(info.outputs[i].name, functions));
+  }
+  const py::module_ module = node_module();
+  object_ =
+      module.attr("make")(class_.cls, ports, dict_of(info, values),
+                          py::make_tuple(python_text(context.name), context.seed, context.torque, context.duration.ns));
+  step_ = module.attr("Step")();
+  start_method_ = object_.attr("start");
+  step_method_ = object_.attr("step");
 }
 
 PythonNode::~PythonNode() {
@@ -218,7 +239,7 @@ void PythonNode::call(const py::object& method, StepContext& context) {
   const auto close = [this](void*) { open_ports(false); };
   open_ports(true);
   const std::unique_ptr<void, decltype(close)> closing(this, close);
-  try {
+  run_code([&] {
     step_.attr("now_ns") = context.now().ns;
     step_.attr("phase") = word_of(context.phase());
     step_.attr("work") = 0;
@@ -227,9 +248,7 @@ void PythonNode::call(const py::object& method, StepContext& context) {
         parked_at_end([&] { return PyObject_CallOneArg(method.ptr(), step_.ptr()); }));
     if (!answer) throw py::error_already_set();
     context.add_work(work_of(step_.attr("work")));
-  } catch (const py::error_already_set& error) {
-    throw failed(error);
-  }
+  });
 }
 
 void PythonNode::start(StepContext& context) {
@@ -243,10 +262,12 @@ void PythonNode::step(StepContext& context) {
 void PythonNode::tune(const std::vector<ParamValue>& values) {
   const LockHeld lock;
   try {
-    node_module().attr("assign")(object_, dict_of(class_.info, values));
-    object_.attr("tune")();
-  } catch (const py::error_already_set& error) {
-    throw RunError(class_.info.python + ": " + failed(error).what());
+    run_code([&] {
+      node_module().attr("assign")(object_, dict_of(class_.info, values));
+      object_.attr("tune")();
+    });
+  } catch (const RunError& error) {
+    throw RunError(class_.info.python + ": " + error.what());
   }
 }
 

@@ -12,7 +12,7 @@
 namespace tactor::python {
 
 /// Calls the object's start and step with the interpreter's lock. An exception of theirs becomes a RunError with the
-/// traceback.
+/// traceback, and so does a call that would end the process (see NodeCode). A child that they fork ends with them.
 class PythonNode final : public Node {
  public:
   /// Makes the object. Throws RunError with the traceback where its __init__ fails.
@@ -30,6 +30,7 @@ class PythonNode final : public Node {
  private:
   struct InputPort;
   struct OutputPort;
+  void make(const NodeContext& context, const std::vector<ParamValue>& values);
   void open_ports(bool open);
   void call(const pybind11::object& method, StepContext& context);
 

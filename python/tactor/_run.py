@@ -69,7 +69,10 @@ class Result:
 
     @property
     def verdict(self) -> Optional[str]:
-        """`stable`, `limit cycle`, ...: how the run behaved, or None where no sink judges that."""
+        """`stable`, `limit_cycle`, ...: how the run behaved, or None where no sink judges that.
+
+        `no_force` where something kept every force from the devices: `no_force` says what.
+        """
         found: Optional[str] = self.summary.get("stability", {}).get("verdict_name")
         return found
 
@@ -78,6 +81,14 @@ class Result:
         """Why no error is told: the reference is no finer than the run. None where it is finer, or nothing asks for one."""
         found: Optional[str] = self.summary.get("reference_too_coarse")
         return found
+
+    @property
+    def no_force(self) -> Dict[str, str]:
+        """The devices that no force of the pipeline reached in the whole run, and why; empty where there is none.
+
+        `{"device": "button 1 was never held"}`. The `reason` as a word and its counts are in `summary["no_force"]`.
+        """
+        return {one["device"]: one["text"] for one in self.summary.get("no_force", [])}
 
     @property
     def series(self) -> Dict[str, Messages]:

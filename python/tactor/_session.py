@@ -233,4 +233,10 @@ def _finish_all() -> None:
             sys.excepthook(*sys.exc_info())
 
 
-os.register_at_fork(after_in_child=_tactor.forget_work)
+def _forget_all() -> None:
+    """The child of a fork has no thread of a run, and none of its sessions."""
+    _tactor.forget_work()
+    _live.clear()
+
+
+os.register_at_fork(after_in_child=_forget_all)

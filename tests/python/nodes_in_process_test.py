@@ -2,6 +2,8 @@
 import gc
 import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 import unittest
@@ -182,6 +184,37 @@ class Hand(tactor.Node):
         with self.assertRaises(KeyboardInterrupt):
             tactor.run("wall/scene", over=OVER, duration="1000 s")
         self.assertLess(time.monotonic() - begun, 60)
+
+    def test_a_call_that_would_end_the_process_is_the_failure_of_the_run(self):
+        for call in ("os._exit(0)", "os.abort()", "os.execv('/bin/true', ['true'])", "sys.exit(0)"):
+            with self.subTest(call):
+                self.scale("for sample", f"import os, sys; {call}\n        for sample")
+                said = self.refused(tactor.RunError, tactor.run, "wall/scene", over=OVER, duration="1 s")
+                self.assertIn("SystemExit", said)
+                self.assertIn("node prediction failed", said)
+        # Elsewhere, and in a child, they are what they were.
+        for code in (0, 7):
+            child = os.fork()
+            if child == 0:
+                os._exit(code)
+            self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), code)
+        done = subprocess.run([sys.executable, "-c", "import tactor, os; os._exit(5)"], check=False)
+        self.assertEqual(done.returncode, 5)
+
+    def test_a_child_that_a_node_forks_may_end_as_it_likes(self):
+        self.scale("for sample", """import multiprocessing, os
+        if self.tuned == 0:
+            self.tuned = 1
+            child = os.fork()
+            if child == 0:
+                os._exit(9)
+            assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
+            process = multiprocessing.get_context("fork").Process(target=abs, args=(1,))
+            process.start()
+            process.join()
+            assert process.exitcode == 0
+        for sample""")
+        self.assertEqual(tactor.run("wall/scene", over=OVER, duration="0.2 s").failure, None)
 
     def test_nodes_go_with_their_sessions(self):
         self.scale()

@@ -1,11 +1,15 @@
 """Sessions from Python: taps, feeds, parameters, threads, misuse, memory."""
+import concurrent.futures
 import gc
+import itertools
+import os
 import threading
+import time
 import unittest
 
 import numpy
 
-from package_harness import EDGES_OF_A_SMALL_GRAPH, WALL, PackageTest, tactor
+from package_harness import EDGES_OF_A_SMALL_GRAPH, WALL, PackageTest, needs_live, tactor
 
 
 def resident_MB():
@@ -278,6 +282,58 @@ class Threads(PackageTest):
         for i in range(2):
             run(i)
             numpy.testing.assert_array_equal(at_once[i], results[i])
+
+
+LIVE = {"clock": "real", "live": {"on_missing_privilege": "warn", "on_stall": "recover"}}
+
+
+@needs_live
+class LiveThreads(PackageTest):
+    CALLS = ("make", "start", "advance", "stop", "finish")
+
+    def test_each_call_of_a_live_session_may_come_from_another_thread(self):
+        """Each call on either of two threads that live on, and once each on a thread of its own: 33 ways."""
+        with concurrent.futures.ThreadPoolExecutor(1) as a, concurrent.futures.ThreadPoolExecutor(1) as b:
+            own = [concurrent.futures.ThreadPoolExecutor(1) for _ in self.CALLS]
+            for way in [*itertools.product((a, b), repeat=len(self.CALLS)), own]:
+                make, start, advance, stop, finish = way
+                session = make.submit(tactor.Session, WALL, over=LIVE, duration="1000 s").result()
+                start.submit(session.start).result()
+                advance.submit(session.advance, "30 ms").result()
+                stop.submit(session.stop).result()
+                finish.submit(session.finish).result()
+                self.assertFalse(session.running)
+                del session
+            for pool in own:
+                pool.shutdown()
+
+    def test_a_live_session_is_stopped_beside_the_thread_that_runs_it(self):
+        session = tactor.Session(WALL, over=LIVE, duration="1000 s")
+        session.start()
+        thread = threading.Thread(target=session.run)
+        thread.start()
+        time.sleep(0.1)
+        session.stop()
+        thread.join()
+        session.finish()
+        self.assertLess(session.now, 500)
+
+    def test_a_child_of_the_program_can_end_and_leaves_the_session_alone(self):
+        with tactor.Session(WALL, over=LIVE, duration="1000 s") as session:
+            session.start()
+            child = os.fork()
+            if child == 0:
+                code = 1
+                try:
+                    session.stop()
+                except tactor.RunError as error:
+                    code = 0 if "forked" in str(error) else 2
+                del session
+                gc.collect()
+                os._exit(code)
+            self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), 0)
+            session.advance("50 ms")
+            self.assertTrue(session.running)
 
 
 class Memory(PackageTest):

@@ -1,6 +1,7 @@
 #include "framework/engine/live/live_run.hpp"
 
 #include <algorithm>
+#include <caf/logger.hpp>
 #include <caf/send.hpp>
 #include <exception>
 #include <mutex>
@@ -23,6 +24,15 @@ constexpr Duration look_again{100'000};
 constexpr std::uint64_t steps_a_measurement = 7;
 /// The engine's own thread: below devices, above the pool.
 constexpr ThreadSettings timer_settings{SchedulingPolicy::fifo, 70, std::nullopt};
+
+/// The thread that makes an actor system keeps a share of its logger until the thread ends, and the end of the system
+/// waits for all shares: on another thread for ever, where the first goes on.
+struct LoggerOfThread {
+  LoggerOfThread() = default;
+  LoggerOfThread(const LoggerOfThread&) = delete;
+  LoggerOfThread& operator=(const LoggerOfThread&) = delete;
+  ~LoggerOfThread() { caf::logger::set_current_actor_system(nullptr); }
+};
 
 }  // namespace
 
@@ -83,6 +93,7 @@ void LiveRun::Engine::make_actors() {
       granted(apply_thread_settings(lane.settings, lane.name));
     });
   });
+  const LoggerOfThread given_back;
   system_ = std::make_unique<caf::actor_system>(config_);
   const auto& refused = dynamic_cast<const LaneScheduler&>(system_->scheduler()).refused();
   if (refused) throw RunError(*refused);

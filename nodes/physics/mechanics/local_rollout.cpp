@@ -131,10 +131,12 @@ LocalRollout::LocalRollout(const SystemModel& model, ContactSource* surface, Sof
   touched_.reserve(ContactSet::capacity);
 }
 
-bool LocalRollout::accepts(const LocalModel& model) const {
-  return is_scene(model.contacts, model.bodies, bodies_) && is_usable(model.device) && usable(model.coupling) &&
-         usable(model.correction) && is_finite(model.p_WT_result) && is_finite(model.wrench_result) &&
-         is_usable(model.patch) && fits_scene(model);
+Refusal LocalRollout::refusal(const LocalModel& model) const {
+  if (model.contacts.count < 0 || model.contacts.count > LocalContacts::capacity) return Refusal::too_many;
+  const bool finite_parts = is_usable(model.device) && usable(model.coupling) && usable(model.correction) &&
+                            is_finite(model.p_WT_result) && is_finite(model.wrench_result) && is_usable(model.patch);
+  if (!finite_parts || (model.bodies.count == bodies_ && !finite(model.bodies))) return Refusal::not_finite;
+  return is_scene(model.contacts, model.bodies, bodies_) && fits_scene(model) ? Refusal::none : Refusal::another_scene;
 }
 
 /// Whether its patch is of the bodies that deform here. A patch cannot be stepped with a massless tool.
@@ -146,7 +148,7 @@ bool LocalRollout::fits_scene(const LocalModel& model) const {
 }
 
 bool LocalRollout::restart(const LocalModel& model) {
-  if (!accepts(model)) return false;
+  if (refusal(model) != Refusal::none) return false;
   local_ = model;
   if (patch_) patch_->restart(model.patch);
   last_ = {};
@@ -154,7 +156,7 @@ bool LocalRollout::restart(const LocalModel& model) {
 }
 
 bool LocalRollout::learn(const LocalModel& model) {
-  if (!accepts(model) || (patch() != nullptr && model.coupling.massless != 0)) return false;
+  if (refusal(model) != Refusal::none || (patch() != nullptr && model.coupling.massless != 0)) return false;
   local_.coupling = model.coupling;
   local_.contacts = model.contacts;
   local_.correction = model.correction;

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
 #include "nodes/physics/contact/contact_source.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
@@ -42,11 +43,11 @@ class LocalRollout {
   /// `soft`: where contacts with what deforms are found, likewise; null in a scene where nothing does.
   explicit LocalRollout(const SystemModel& model, ContactSource* surface = nullptr, SoftContactSource* soft = nullptr);
 
-  /// False where the model is not of this scene, or has bodies, a handle, a spring, a correction, a result or a patch
-  /// that are not finite or out of range.
-  [[nodiscard]] bool accepts(const LocalModel& model) const;
+  /// Why the model cannot be gone on from: it counts too many contacts, is not of this scene, or has bodies, a handle,
+  /// a spring, a correction, a result or a patch that are not finite or out of range.
+  [[nodiscard]] Refusal refusal(const LocalModel& model) const;
   /// Goes on from `model.bodies` at `model.time`, with the handle as `model.device` shows it. False, and nothing
-  /// changes, where the model is not one that it accepts.
+  /// changes, where the model is refused.
   bool restart(const LocalModel& model);
   /// Takes what a later model knows, and leaves the bodies where they are. False, and nothing changes, as of restart.
   bool learn(const LocalModel& model);

@@ -1,9 +1,18 @@
 // One interface for both clocks: stepped, paced and live, with taps that come and go.
 #include "framework/session/session.hpp"
 
+#include <array>
 #include <boost/test/unit_test.hpp>
 #include <chrono>
+#include <condition_variable>
 #include <cstring>
+#include <functional>
+#include <future>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "framework/core/check.hpp"
@@ -265,4 +274,99 @@ BOOST_AUTO_TEST_CASE(an_output_that_is_not_there_is_told_with_the_nearest_and_th
   BOOST_TEST(refusal("refit.coefficients").find("its node was left out, because the coefficients are fixed") !=
              std::string::npos);
   BOOST_TEST(refusal("counter").find("no output counter") != std::string::npos);
+}
+
+namespace {
+
+/// A thread that does one thing after another, and lives until the end of the test.
+class Worker {
+ public:
+  Worker() : thread_([this] { run(); }) {}
+  Worker(const Worker&) = delete;
+  Worker& operator=(const Worker&) = delete;
+  ~Worker() {
+    does([this] { over_ = true; });
+    thread_.join();
+  }
+  /// Returns once the thread has done it.
+  void does(const std::function<void()>& job) {
+    std::packaged_task<void()> task(job);
+    std::future<void> done = task.get_future();
+    {
+      const std::scoped_lock lock(mutex_);
+      task_ = std::move(task);
+    }
+    changed_.notify_one();
+    done.get();
+  }
+
+ private:
+  void run() {
+    while (!over_) {
+      std::unique_lock lock(mutex_);
+      changed_.wait(lock, [this] { return task_.has_value(); });
+      std::packaged_task<void()> task = *std::exchange(task_, std::nullopt);
+      lock.unlock();
+      task();
+    }
+  }
+
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<std::packaged_task<void()>> task_;
+  bool over_ = false;  // the thread's own
+  std::thread thread_;
+};
+
+}  // namespace
+
+// Each of the six calls on either of two threads, and once each on a thread of its own.
+BOOST_AUTO_TEST_CASE(each_call_of_a_live_session_may_come_from_another_thread,
+                     *boost::unit_test::precondition(test::NeedsLive{})) {
+  constexpr std::size_t calls = 6;
+  std::array<Worker, calls> workers;
+  for (unsigned way = 0; way <= 1U << calls; ++way) {
+    BOOST_TEST_CONTEXT("way " << way) {
+      std::size_t call = 0;
+      const auto next = [&](const std::function<void()>& job) {
+        const bool own = way == 1U << calls;
+        workers[own ? call : way >> call & 1U].does(job);
+        ++call;
+      };
+      SamplePlan sample({}, 1000.0);
+      sample.plan.graph.clock = Clock::real;
+      std::unique_ptr<Session> session;
+      next([&] { session = std::make_unique<Session>(sample.plan); });
+      next([&] { session->start(); });
+      next([&] { session->advance(Duration{30 * ms}); });
+      next([&] { session->stop(); });
+      next([&] { session->finish(); });
+      BOOST_TEST(!session->failure().has_value());
+      BOOST_TEST(session->node_statistics(0).steps > 0U);
+      next([&] { session.reset(); });
+      BOOST_TEST(call == calls);
+    }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_live_session_may_be_stopped_beside_another_call,
+                     *boost::unit_test::precondition(test::NeedsLive{})) {
+  Worker starts, stops;
+  SamplePlan sample({}, 1000.0);
+  sample.plan.graph.clock = Clock::real;
+  std::unique_ptr<Session> session;
+  starts.does([&] {
+    session = std::make_unique<Session>(sample.plan);
+    session->start();
+  });
+  stops.does([&] {
+    std::jthread beside([&] {
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      session->stop();
+    });
+    while (session->is_running()) session->advance(Duration{ms});
+    session->finish();
+  });
+  BOOST_TEST(!session->failure().has_value());
+  BOOST_TEST(session->last_status().now < Time{500'000 * ms});
 }

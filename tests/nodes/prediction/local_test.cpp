@@ -124,6 +124,8 @@ class Subject {
     return -1;
   }
 
+  [[nodiscard]] const Refusals& refusals() const { return node_.refusals(); }
+
   CouplingParameters coupling{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};
   LocalModel model;
 
@@ -284,6 +286,14 @@ BOOST_AUTO_TEST_CASE(poor_samples_are_left_out_and_poor_results_send_nothing) {
     BOOST_TEST(!subject.result(22, 33, good));
   }
   BOOST_TEST(subject.metric("prediction.rejected_results") == 5.0);
+  // Why, for who asks why no force came.
+  const Refusals& refusals = subject.refusals();
+  BOOST_TEST(refusals.came() == 6U);
+  BOOST_TEST(refusals.refused(Refusal::not_finite) == 1U);
+  BOOST_TEST(refusals.refused(Refusal::another_scene) == 1U);
+  BOOST_TEST(refusals.refused(Refusal::too_many) == 3U);
+  BOOST_TEST(refusals.found() == 1 << 30);
+  BOOST_TEST(refusals.room() == LocalContacts::capacity);
   subject.contacts({});
   BOOST_TEST(subject.result(23, 34, good));
 }

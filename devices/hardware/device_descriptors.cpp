@@ -1,0 +1,77 @@
+#include "devices/hardware/device_descriptors.hpp"
+
+#include <fcntl.h>
+#include <pthread.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <mutex>
+#include <vector>
+
+namespace tactor {
+
+namespace {
+
+struct KeptDescriptors {
+  std::shared_mutex opening;  // held for itself by who forks
+  std::mutex mutex;           // over the numbers
+  std::vector<int> numbers;
+};
+
+void before_fork();
+void after_fork_in_parent();
+void after_fork_in_child();
+
+/// Lives as long as the process, because the last fork may come late.
+KeptDescriptors& kept() {
+  static KeptDescriptors& one = []() -> KeptDescriptors& {
+    pthread_atfork(before_fork, after_fork_in_parent, after_fork_in_child);
+    return *new KeptDescriptors;
+  }();
+  return one;
+}
+
+void before_fork() {
+  kept().opening.lock();
+  kept().mutex.lock();
+}
+
+void after_fork_in_parent() {
+  kept().mutex.unlock();
+  kept().opening.unlock();
+}
+
+/// Only the thread that forked is here. The system call itself, because an emulator stands before that of the library.
+void after_fork_in_child() {
+  for (const int number : kept().numbers) syscall(SYS_close, number);
+  kept().numbers.clear();
+  after_fork_in_parent();
+}
+
+}  // namespace
+
+NoFork::NoFork() : lock_(kept().opening) {}
+
+void keep_from_children(int descriptor) {
+  if (descriptor < 0) return;
+  if (const int flags = fcntl(descriptor, F_GETFD); flags >= 0) fcntl(descriptor, F_SETFD, flags | FD_CLOEXEC);
+  const std::scoped_lock lock(kept().mutex);
+  kept().numbers.push_back(descriptor);
+}
+
+bool forget_descriptor(int descriptor) {
+  const std::scoped_lock lock(kept().mutex);
+  std::vector<int>& numbers = kept().numbers;
+  const auto found = std::find(numbers.begin(), numbers.end(), descriptor);
+  if (found == numbers.end()) return false;
+  numbers.erase(found);
+  return true;
+}
+
+void close_kept(int descriptor) {
+  const NoFork until_closed;
+  if (forget_descriptor(descriptor)) ::close(descriptor);
+}
+
+}  // namespace tactor
