@@ -64,15 +64,16 @@ struct Push {
   }
 };
 
-/// 1 where two sides push alike, 0 where they do not: by the differences of force and torque, these in units of how far
-/// the contacts spread, over the sum of both.
-double likeness(const Push& a, const Push& b) {
-  constexpr double alike = 0.25, unlike = 0.5;
-  const double sum = a.sum + b.sum;
+/// 1 where all that `other` pushes is in what `leading` pushes, 0 where it is not: by the differences of force and
+/// torque, these in units of how far the contacts spread, over the sum of both. What leads may push more.
+double likeness(const Push& leading, const Push& other) {
+  constexpr double alike = 0.4, unlike = 0.7;
+  const double sum = leading.sum + other.sum;
   if (!(sum > 0)) return 0;
-  const Vec3 centre = (a.first + b.first) / sum, force = a.force - b.force;
-  const Vec3 torque = a.torque - b.torque - cross(centre, force);
-  const double spread = std::sqrt(std::max(0.0, (a.second + b.second) / sum - dot(centre, centre)));
+  const double scale = leading.sum > other.sum ? other.sum / leading.sum : 1;
+  const Vec3 centre = (leading.first + other.first) / sum, force = scale * leading.force - other.force;
+  const Vec3 torque = scale * leading.torque - other.torque - cross(centre, force);
+  const double spread = std::sqrt(std::max(0.0, (leading.second + other.second) / sum - dot(centre, centre)));
   const double difference = norm(force) / sum + (spread > 0 ? norm(torque) / (spread * sum) : 0);
   return std::clamp((unlike - difference) / (unlike - alike), 0.0, 1.0);
 }
@@ -83,14 +84,17 @@ Push push_of(std::span<const Contact> contacts, double margin, const Vec3& refer
   return push;
 }
 
-/// How much more of the rim is a's, from -1 to 1, as far as both push alike.
+/// How much more of the rim is a's, from -1 to 1, as far as that side pushes all that the other one does.
 double lean_of(const Extent& a, const Extent& b, std::span<const Contact> by_a, std::span<const Contact> by_b,
                double margin) {
   constexpr double little = 0.01;  // of all, where the rim begins to count
-  const double lean = (a.rim - b.rim) / (a.rim + b.rim + little * (a.all + b.all));
+  const auto power = [](double x) { return x * x * x; };
+  const double of_a = power(a.rim), of_b = power(b.rim);
+  const double lean = (of_a - of_b) / (of_a + of_b + power(little * (a.all + b.all)));
   if (lean == 0) return 0;
   const Vec3 reference = by_a.front().p_WC;
-  return lean * likeness(push_of(by_a, margin, reference), push_of(by_b, margin, reference));
+  const Push a_pushes = push_of(by_a, margin, reference), b_pushes = push_of(by_b, margin, reference);
+  return lean * (lean > 0 ? likeness(a_pushes, b_pushes) : likeness(b_pushes, a_pushes));
 }
 
 }  // namespace
@@ -105,16 +109,8 @@ BodyPair::BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indic
     return;
   }
   const bool one_is_round = is_round(a) != is_round(b);
-  if (!a.samples.points.empty() && !(one_is_round && is_round(b))) side_a_ = make_side(a);
-  if (!b.samples.points.empty() && !(one_is_round && is_round(a))) side_b_ = make_side(b);
-}
-
-BodyPair::Side BodyPair::make_side(const ContactBody& body) const {
-  std::vector<double> weights = body.samples.weights;
-  if (weights.empty()) {
-    for (const SurfaceSample& s : body.samples.points) weights.push_back(s.area / material_.patch_area);
-  }
-  return {SampleTree(body.samples.points, body.samples.radii), std::move(weights)};
+  if (!a.samples.points.empty() && !(one_is_round && is_round(b))) side_a_.emplace(a.samples.points, a.samples.radii);
+  if (!b.samples.points.empty() && !(one_is_round && is_round(a))) side_b_.emplace(b.samples.points, b.samples.radii);
 }
 
 bool BodyPair::may_meet(const Pose& X_WA, const Pose& X_WB) const {
@@ -151,14 +147,15 @@ Contact BodyPair::of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, doub
 /// Of the sample in that contact, all of which is known but the weight; in patches.
 double BodyPair::weight(const Contact& contact, bool from_b, std::size_t sample, const Quat& R_WK) const {
   const ContactSamples& samples = from_b ? b_.samples : a_.samples;
-  const std::int32_t crease = samples.points[sample].crease;
-  if (crease < 0) return (from_b ? side_b_ : side_a_)->weights[sample];
+  if (!samples.weights.empty()) return samples.weights[sample];
   // The normal leads from b to a.
   const Vec3 towards = rotate(inverse(R_WK), from_b ? contact.n_W : -contact.n_W);
-  return area_towards(samples.creases[static_cast<std::size_t>(crease)], towards) / material_.patch_area;
+  return area_facing(samples, sample, towards) / material_.patch_area;
 }
 
+/// A sample that faces away from what it meets makes no contact.
 void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const {
+  if (!(weight > 0)) return;
   contact.weight = weight;
   found.contact.push_back(contact);
   found.pair.push_back(indices_);
@@ -190,8 +187,8 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
   const Pose X_BA{rotate(to_B, X_WA.p - X_WB.p), R_BA_ ? *R_BA_ : to_B * X_WA.R};
   const Pose X_AB = inverse(X_BA);
   static const std::vector<NearSample> none;
-  const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_, left) : none;
-  const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_, left) : none;
+  const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->find(*b_.distance, X_BA, margin_, left) : none;
+  const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->find(*a_.distance, X_AB, margin_, left) : none;
   // Not all are known, and nobody asks for some.
   if (left != nullptr && *left < 0) return;
 
@@ -227,7 +224,7 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
 
 std::size_t BodyPair::reserve_within(int work) {
   if (ball_) return 1;
-  return (side_a_ ? side_a_->tree.reserve_within(work) : 0) + (side_b_ ? side_b_->tree.reserve_within(work) : 0);
+  return (side_a_ ? side_a_->reserve_within(work) : 0) + (side_b_ ? side_b_->reserve_within(work) : 0);
 }
 
 Contact BodyPair::at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const {

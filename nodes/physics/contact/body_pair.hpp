@@ -64,11 +64,6 @@ class BodyPair {
   [[nodiscard]] Contact at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const;
 
  private:
-  /// One body's samples against the other's distance.
-  struct Side {
-    SampleTree tree;
-    std::vector<double> weights;  // in patches, of all faces at the sample
-  };
   /// A ball's centre against the other's distance.
   struct Ball {
     double radius;  // m
@@ -76,7 +71,6 @@ class BodyPair {
     Vec3 asked_at;  // m, in the frame of the other body
     bool asked = false;
   };
-  [[nodiscard]] Side make_side(const ContactBody& body) const;
   [[nodiscard]] double weight(const Contact& contact, bool from_b, std::size_t sample, const Quat& R_WK) const;
   [[nodiscard]] bool may_meet(const Pose& X_WA, const Pose& X_WB) const;
   void find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
@@ -95,7 +89,7 @@ class BodyPair {
   std::optional<Ball> ball_;
   bool ball_is_a_ = false;
   Shares shares_;
-  std::optional<Side> side_a_, side_b_;
+  std::optional<SampleTree> side_a_, side_b_;  // of one body's samples against the other's distance
   std::optional<Quat> R_BA_;       // where neither rotates
   std::optional<Vec3> p_WM_of_b_;  // m, where it is fixed
 };
