@@ -1,7 +1,9 @@
 #include "framework/engine/reference.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <deque>
@@ -10,7 +12,6 @@
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/engine/virtual_clock.hpp"
-#include "framework/yaml/yaml_values.hpp"
 
 namespace tactor {
 
@@ -230,7 +231,9 @@ bool must_be_followed(const PlanNodes& nodes) {
 namespace {
 
 std::string in_hz(double rate) {
-  return number_text(std::round(10 * rate) / 10) + " Hz";
+  std::array<char, 32> text{};
+  const auto end = std::to_chars(text.begin(), text.end(), std::round(10 * rate) / 10, std::chars_format::fixed).ptr;
+  return std::string(text.begin(), end) + " Hz";
 }
 
 /// The slowest node that steps as often in the reference run as in the run under test, and less often than the others;
