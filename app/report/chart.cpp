@@ -32,7 +32,7 @@ std::string quoted(const std::string& text) {
 }
 
 constexpr std::chrono::seconds longest_drawing{30};  // a chart takes a tenth of a second
-constexpr std::size_t most_picture_bytes = std::size_t{256} << 20U;
+constexpr std::size_t most_picture_bytes = std::size_t{64} << 20U;
 /// What a line of gnuplot's standard error begins with that is for us.
 constexpr std::string_view frame_mark = "frame ";
 
@@ -118,8 +118,11 @@ bool is_whole_picture(const std::string& bytes, Format format) {
 std::string why_none(const CommandResult& result, Format format) {
   switch (result.end) {
     case CommandEnd::exited:
-      if (result.code != 0) return "gnuplot could not draw it: " + one_line(result.err);
-      return is_whole_picture(result.out, format) ? "" : "what gnuplot has drawn is not whole: " + one_line(result.err);
+      if (result.code != 0) {
+        const std::string said = one_line(result.err);
+        return "gnuplot could not draw it: " + (said.empty() ? fmt::format("exit code {}", result.code) : said);
+      }
+      return is_whole_picture(result.out, format) ? "" : "what gnuplot has drawn is not whole";
     case CommandEnd::not_there:
       return "gnuplot is not installed where this was written (Debian package gnuplot-nox)";
     case CommandEnd::too_slow:
