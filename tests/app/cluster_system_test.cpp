@@ -105,6 +105,38 @@ BOOST_AUTO_TEST_CASE(words_without_a_value_are_left_out_and_lists_become_words) 
   BOOST_TEST(filled_in(command, values, ":") == alone, boost::test_tools::per_element());
 }
 
+BOOST_AUTO_TEST_CASE(values_are_quoted_where_a_shell_reads_the_word_and_nowhere_else) {
+  const std::string hostile = "a'; touch x";
+  TemplateValues values;
+  values.texts = {{"name", hostile}};
+  values.lists = {{"jobs", {"7", hostile}}};
+  const auto words = [&](const CommandTemplate& command) { return filled_in(command, values, ","); };
+  const std::string quoted = "'a'\\''; touch x'";
+  using Words = std::vector<std::string>;
+  const std::vector<std::pair<CommandTemplate, Words>> table{
+      {{"sh", "-c", "echo {name}", "{name}"}, {"sh", "-c", "echo " + quoted, hostile}},
+      {{"/bin/bash", "-eu", "-c", "{name}"}, {"/bin/bash", "-eu", "-c", quoted}},
+      {{"env", "A=1", "dash", "-c", "{jobs}"}, {"env", "A=1", "dash", "-c", "'7'", quoted}},
+      {{"sbatch", "--wrap=run {name}"}, {"sbatch", "--wrap=run " + quoted}},
+      {{"sbatch", "--wrap", "run {name}"}, {"sbatch", "--wrap", "run " + quoted}},
+      {{"ssh", "login", "sbatch", "-J{name}", "{jobs}"}, {"ssh", "login", "sbatch", "-J" + quoted, "'7'", quoted}},
+      {{"sbatch", "-c", "{name}", "{jobs}"}, {"sbatch", "-c", hostile, "7", hostile}},
+      {{"sbatch", "--job-name={name}"}, {"sbatch", "--job-name=" + hostile}},
+  };
+  for (const auto& [command, expected] : table)
+    BOOST_TEST(words(command) == expected, boost::test_tools::per_element());
+  values.texts["name"] = "a\nb";
+  BOOST_CHECK_THROW(words({"sh", "-c", "{name}"}), InputError);
+  BOOST_TEST(errors_of(with(good, "status: [status,", "status: [sh, -c, \"x {name} | awk '{print $1}'\",")) ==
+             "no error");
+  for (const std::string place :
+       {R"("sh", "-c", "x '{name}'")", R"(sh, -c, 'x "{name}"')", R"(ssh, a, 'x "b {name}"')", R"(sh, -c, 'x \{name}')",
+        R"(sh, -c, 'x `y {name}`')", R"(sh, -c, "x <<E\n{name}\nE\n")"}) {
+    const std::string said = errors_of(with(good, "status: [status,", "status: [" + place + ","));
+    BOOST_TEST(said.find("no quotes round {...}") != std::string::npos, said);
+  }
+}
+
 BOOST_AUTO_TEST_CASE(the_output_of_a_command_is_read_and_its_failure_told) {
   BOOST_TEST(output_of({"printf", "%s\\n", "a b"}) == "a b\n");
   const auto failure = [](const std::vector<std::string>& words) {

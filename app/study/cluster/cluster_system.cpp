@@ -71,15 +71,20 @@ bool is_for_shell(const CommandTemplate& command, std::size_t word) {
   return false;
 }
 
-/// Whether a `{name}` stands between quotes of the word.
+/// Whether a `{name}` stands in a word for a shell where quotes of its own would not keep it in one piece: between
+/// quotes, behind a backslash, or in a text that is fed to a command.
 bool has_quoted_place(const std::string& word) {
+  constexpr char place = '\0';
+  const std::string text = replaced(word, [](const std::string&) { return std::string(1, place); });
+  if (text.find(place) == std::string::npos) return false;
+  if (text.find("<<") != std::string::npos) return true;
   char open = 0;
-  for (std::size_t at = 0; at < word.size(); ++at) {
-    const char c = word[at];
-    if (open != 0 && c == '{' && (at == 0 || word[at - 1] != '$')) return true;
+  for (std::size_t at = 0; at < text.size(); ++at) {
+    const char c = text[at];
+    if (open != 0 && c == place) return true;
     if (c == '\\' && open != '\'') {
-      ++at;
-    } else if (open == 0 && (c == '\'' || c == '"')) {
+      if (++at < text.size() && text[at] == place) return true;
+    } else if (open == 0 && (c == '\'' || c == '"' || c == '`')) {
       open = c;
     } else if (c == open) {
       open = 0;
@@ -175,9 +180,7 @@ class SystemReader {
       diagnostics_.error(value->place, key + ": expected a command as a list of words, found an empty list");
     }
     for (std::size_t i = 0; i < found.size(); ++i) {
-      bool has_place = false;
       replaced(found[i], [&](const std::string& name) {
-        has_place = true;
         const auto& known = placeholders();
         if (std::find(known.begin(), known.end(), name) == known.end()) {
           diagnostics_.error(value->items[i].place, fmt::format("{}: expected one of {}, found {{{}}}{}", key,
@@ -185,10 +188,10 @@ class SystemReader {
         }
         return std::string();
       });
-      if (has_place && is_for_shell(found, i) && has_quoted_place(found[i])) {
+      if (is_for_shell(found, i) && has_quoted_place(found[i])) {
         diagnostics_.error(value->items[i].place, key +
                                                       ": expected no quotes round {...} in a word that a shell reads, "
-                                                      "where each value is quoted");
+                                                      "because each value has its own");
       }
     }
     return found;

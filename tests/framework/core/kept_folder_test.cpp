@@ -125,6 +125,40 @@ BOOST_AUTO_TEST_CASE(a_folder_or_file_that_others_may_write_is_refused_with_its_
   BOOST_TEST(!refusal([&] { KeptFolder::make("/tmp"); }).empty());
 }
 
+BOOST_AUTO_TEST_CASE(a_file_that_names_programs_is_refused_with_its_place_where_others_may_replace_it) {
+  const TemporaryFolder temporary;
+  const fs::path above = temporary.path() / "above", folder = above / "systems", file = folder / "file";
+  fs::create_directories(folder);
+  write(file, "bytes");
+  const auto trouble = [](const fs::path& path) {
+    return refusal([&] { static_cast<void>(open_programs_file(path)); });
+  };
+  BOOST_TEST(trouble(file).empty());
+  BOOST_TEST(open_programs_file(file).folder == fs::canonical(folder));
+  BOOST_TEST(!open_programs_file(folder / "nothing").file);
+  BOOST_TEST(says(trouble(folder), "is not a regular file"));
+  for (const fs::path& place : {file, folder}) {
+    for (const fs::perms bit : {fs::perms::group_write, fs::perms::others_write}) {
+      fs::permissions(place, bit, fs::perm_options::add);
+      BOOST_TEST(says(trouble(file), place.string() + ": "), trouble(file));
+      fs::permissions(place, bit, fs::perm_options::remove);
+    }
+  }
+  fs::permissions(above, fs::perms::others_write, fs::perm_options::add);
+  BOOST_TEST(says(trouble(file), above.string() + ": all users may replace what is in it"));
+  BOOST_TEST(says(refusal([&] { static_cast<void>(KeptFolder::find(folder, KeptFolder::Decides::programs)); }),
+                  above.string() + ": all users may replace"));
+  BOOST_TEST(refusal([&] { static_cast<void>(KeptFolder::find(folder)); }).empty());
+  fs::permissions(above, fs::perms::sticky_bit, fs::perm_options::add);
+  BOOST_TEST(trouble(file).empty());
+  // A link leads to the folder that counts.
+  const fs::path link = temporary.path() / "link";
+  fs::create_symlink(file, link);
+  BOOST_TEST(open_programs_file(link).folder == fs::canonical(folder));
+  fs::permissions(folder, fs::perms::others_write, fs::perm_options::add);
+  BOOST_TEST(says(trouble(link), folder.string() + ": "));
+}
+
 BOOST_AUTO_TEST_CASE(a_folder_file_or_link_of_another_user_is_refused_with_that_name) {
   if (geteuid() != 0) {
     BOOST_TEST_MESSAGE("only root can make files of another user");
