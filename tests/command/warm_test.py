@@ -36,6 +36,21 @@ def one_step_error(recording, begin, end=numpy.inf):
     return rms(numpy.array(errors))
 
 
+def finer_truth(test, recording, truth, more=0.0):
+    """A recording of the force of this one, with two further values on the line between each two, and `more` in z."""
+    head, *lines = [line.split(",") for line in test.run_ok("export", recording, "coupling.force").stdout.splitlines()]
+    rows = [[float(cell) for cell in line] for line in lines]
+    for row in rows:
+        row[head.index("force_z [N]")] += more
+    dense = [a if part == 0 else [x + (y - x) * part / 3 for x, y in zip(a, b)] for a, b in zip(rows, rows[1:]) for part in range(3)]
+    text = [",".join([f"{valid:.9f}", f"{produced:.9f}", str(number), *map(repr, values)])
+            for number, (valid, produced, _, *values) in enumerate([*dense, rows[-1]])]
+    table = truth.with_suffix(".csv")
+    table.write_text("\n".join([",".join(head), *text]) + "\n")
+    test.run_ok("import", table, truth, "--type", "Wrench", "--stream", "coupling.force")
+    return truth
+
+
 @needs_hdf5
 class OneRun(CommandTest):
     def judged(self, text, *options):
@@ -78,15 +93,11 @@ class OneRun(CommandTest):
     def test_a_recording_judges_a_run(self):
         _, recording = self.judged("nodes: {refit: {window: 50}}\n")
         # Truth: what this run was told, a quarter of a newton off. The error of physics at its own stamps is that then.
-        _, _, force = stream(recording, "coupling.force")
-        lines = [line.split(",") for line in self.run_ok("export", recording, "coupling.force").stdout.splitlines()]
-        at = lines[0].index("force_z [N]")
-        for line in lines[1:]:
-            line[at] = repr(float(line[at]) + 0.25)
-        truth = self.folder / "truth.h5"
-        self.write("truth.csv", "\n".join(",".join(line) for line in lines) + "\n")
-        self.run_ok("import", self.folder / "truth.csv", truth, "--type", "Wrench", "--stream", "coupling.force")
+        truth = finer_truth(self, recording, self.folder / "truth.h5", 0.25)
         (self.folder / "out").rename(self.folder / "first")
+        coarse, _ = self.judged("nodes: {refit: {window: 50}}\n", "--reference", self.folder / "first/recording.h5")
+        self.assertIn("the recording is no finer than the run: coupling.force comes at ", coarse["reference_too_coarse"])
+        self.assertNotIn("rms_error_N", coarse["delivered"]["force"])
         summary, _ = self.judged("nodes: {refit: {window: 50}}\n", "--reference", truth)
         self.assertAlmostEqual(summary["physics"]["force"]["rms_error_N"], 0.25, places=9)
         self.assertNotIn("reference_run", summary)
@@ -205,7 +216,7 @@ duration: 5.5 s
         for seed in (1001, 1002):
             graph = self.write("truth.yaml", f"extends: {WALL / 'fixed.yaml'}\nrecord: [coupling.force]\n")
             self.run_ok("run", graph, "--duration", "5.5", "--seed", seed, "--out", self.folder / f"run{seed}")
-            (self.folder / f"run{seed}/recording.h5").rename(self.folder / f"truth/wall_{seed}.h5")
+            finer_truth(self, self.folder / f"run{seed}/recording.h5", self.folder / f"truth/wall_{seed}.h5")
         # Every seed's is looked at before the first run.
         (self.folder / "truth/wall_1002.h5").rename(self.folder / "other.h5")
         self.assertIn("truth/wall_1002.h5", self.study(text, "missing", code=2).stderr)
