@@ -18,7 +18,7 @@ enum class Meaning : std::uint8_t {
 };
 
 /// Signals from one number to another.
-struct Row {
+struct SignalRow {
   int first, last;
   Meaning meaning;
 };
@@ -28,7 +28,7 @@ constexpr int asked_by_hand[]{SIGINT, SIGTERM};
 
 /// Every other signal that would end or stop the program and that a program can handle. SIGKILL and SIGSTOP are those
 /// that none can.
-const Row while_live[]{
+const SignalRow while_live[]{
     {SIGHUP, SIGHUP, Meaning::ends},           {SIGQUIT, SIGQUIT, Meaning::ends},
     {SIGUSR1, SIGUSR1, Meaning::ends},         {SIGUSR2, SIGUSR2, Meaning::ends},
     {SIGALRM, SIGALRM, Meaning::ends},         {SIGVTALRM, SIGVTALRM, Meaning::ends},
@@ -96,7 +96,7 @@ void listen_for_interruption() {
 }
 
 void ramp_down_on_signals() {
-  for (const Row& row : while_live) {
+  for (const SignalRow& row : while_live) {
     for (int number = row.first; number <= row.last; ++number) give(number, row.meaning);
   }
 }
