@@ -368,5 +368,5 @@ BOOST_AUTO_TEST_CASE(a_live_session_may_be_stopped_beside_another_call,
     session->finish();
   });
   BOOST_TEST(!session->failure().has_value());
-  BOOST_TEST(session->last_status().now < Time{500'000 * ms});
+  BOOST_TEST(session->last_status().now.seconds() < 500.0);
 }
