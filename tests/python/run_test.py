@@ -56,6 +56,14 @@ class Runs(PackageTest):
         said = self.refused(tactor.InputError, tactor.run, graph, out=self.folder / "by_python")
         self.assertIn("by_python", said)
 
+    def test_a_run_in_which_no_force_came_says_why(self):
+        result = tactor.run(WALL, set={"device.force_max": "0 N"}, duration="1 s")
+        self.assertEqual(result.verdict, "no_force")
+        self.assertEqual(list(result.no_force), ["device"])
+        self.assertIn("the largest force is 0 N", result.no_force["device"])
+        self.assertIn(result.no_force["device"], result.report)
+        self.assertEqual(tactor.run(WALL, duration="2 s").no_force, {})
+
     def test_numbers_mappings_and_methods_are_laid_over_a_graph_in_order(self):
         base = str(WALL).replace("refit", "scene")
         graph = tactor.load(base, ["kalman", {"nodes": {"coupling": {"k_0": "300 N/m"}}, "seed": 3}], {"coupling.k_0": 500.0})
