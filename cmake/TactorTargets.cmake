@@ -96,11 +96,10 @@ function(tactor_cgal_sources target objects)
   target_link_libraries(${target} PRIVATE $<LINK_ONLY:CGAL::CGAL>)
 endfunction()
 
-# tactor_finds_libraries(TARGET FOLDER...): TARGET, which is installed, looks for our libraries in these folders, relative to its own.
+# tactor_finds_libraries(TARGET FOLDER): TARGET, which is installed, looks for our libraries in FOLDER, relative to its own.
 # In a Debian package it has no run path: there they are where every program looks.
-function(tactor_finds_libraries target)
-  list(TRANSFORM ARGN PREPEND "$ORIGIN/" OUTPUT_VARIABLE folders)
-  set_target_properties(${target} PROPERTIES INSTALL_RPATH "${folders}")
+function(tactor_finds_libraries target folder)
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "$ORIGIN/${folder}")
   if(NOT CMAKE_SKIP_INSTALL_RPATH)
     set_target_properties(${target} PROPERTIES BUILD_WITH_INSTALL_RPATH ON)
   endif()
