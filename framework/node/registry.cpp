@@ -170,7 +170,8 @@ void Registry::load(const std::string& prefix, const fs::path& file) {
 std::vector<fs::path> default_node_folders() {
   std::vector<fs::path> folders;
   const fs::path installed = fs::path("share") / "tactor" / "nodes";
-  for (const fs::path& folder : {library_folder() / "tactor", installation_prefix() / installed, fs::path("/usr/local") / installed}) {
+  for (const fs::path& folder :
+       {library_folder() / "tactor", installation_prefix() / installed, fs::path("/usr/local") / installed}) {
     if (fs::exists(folder)) folders.push_back(folder);
   }
   if (const fs::path data = user_data_folder(); !data.empty()) folders.push_back(data / "nodes");
