@@ -37,7 +37,7 @@ std::string command_text(const std::string& libraries) {
          "# Tactor with the libraries beside it.\n"
          "here=$(CDPATH= cd -- \"$(dirname -- \"$0\")\" && pwd) || exit 1\n"
          "case $here in\n"
-         "  *[:;]*) echo \"$here: expected a folder without : and ;, which end a name in lists of folders; move it\" "
+         "  *:* | *\\;*) echo \"$here: expected a folder without : and ;, which end a name in lists of folders; move it\" "
          ">&2; exit 2 ;;\n"
          "esac\n"
          "libraries=" +
@@ -128,7 +128,8 @@ class Stage {
       const std::string name = file.filename().string();
       const bool is_program = name == "tactor" || name.find(".so.") != std::string::npos;
       if (is_program || std::find(of_live_runs.begin(), of_live_runs.end(), name) != of_live_runs.end()) continue;
-      add_binary(file, is_inside(file, prefix_) ? place_in_prefix(file) : place_in_prefix(library_folder()) / "tactor" / name);
+      add_binary(
+          file, is_inside(file, prefix_) ? place_in_prefix(file) : place_in_prefix(library_folder()) / "tactor" / name);
     }
     for (const fs::path& folder : {prefix_ / "clusters", prefix_ / "share/tactor/clusters"}) {
       if (!fs::exists(folder)) continue;
