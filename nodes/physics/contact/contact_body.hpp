@@ -21,8 +21,9 @@ struct Sampling {
 };
 
 struct ContactBody {
-  /// `given`: the spacing of samples, 0: that of the shape; it and `reach` in m; without `sampled` a mesh has no samples; `notes` as for load_body_mesh.
-  /// Throws InputError, naming the body, where its mesh or the spacing cannot be used.
+  /// `given`: the spacing of samples, 0: that of the shape; it and `reach` in m; without `sampled` a mesh has no
+  /// samples; `notes` as for load_body_mesh. Throws InputError, naming the body, where its mesh or the spacing cannot
+  /// be used.
   ContactBody(const Body& body, double given, bool sampled, double reach, const MakeMeshDistance& make_distance,
               Notes* notes);
   /// The same with what load_body_mesh returns, or no mesh for another shape.

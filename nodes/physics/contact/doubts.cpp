@@ -107,8 +107,9 @@ std::vector<std::string> doubts_of_count(std::span<const ContactBody> bodies, co
       if (smallest == nullptr || other.box.longest() < smallest->box.longest()) smallest = &other;
     }
     if (smallest == nullptr || !(bodies[i].spacing > smallest->box.longest() / 2 * (1 + 1e-9))) continue;
-    notes.push_back("body '" + bodies[i].name + "': warning: it has as many contact samples as it gets by default, and " +
-                    "they are " + length(bodies[i].spacing) + " apart; the body '" + smallest->name + "' is only " +
+    notes.push_back("body '" + bodies[i].name +
+                    "': warning: it has as many contact samples as it gets by default, and " + "they are " +
+                    length(bodies[i].spacing) + " apart; the body '" + smallest->name + "' is only " +
                     length(smallest->box.longest()) + " long: how hard they press may depend on the place; make '" +
                     bodies[i].name + "' smaller, of what can be touched, or give collision a spacing of at most " +
                     length(smallest->box.longest() / 4));

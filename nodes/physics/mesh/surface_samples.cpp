@@ -48,8 +48,8 @@ class Fans {
   std::vector<std::size_t> begin_, faces_;
 };
 
-/// Finds how the surface about each sample faces, and the creases that samples are at. `owner`: of each vertex, the sample that it gives its area to; `normal`: of
-/// each face, unit, or zero where it has none.
+/// Finds how the surface about each sample faces, and the creases that samples are at. `owner`: of each vertex, the
+/// sample that it gives its area to; `normal`: of each face, unit, or zero where it has none.
 template <class Owner, class Normal>
 void add_facing(const TriangleMesh& mesh, const Owner& owner, const Normal& normal, SurfaceSamples& samples) {
   // The faces of each sample, once for each corner that it owns.

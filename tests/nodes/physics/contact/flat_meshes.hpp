@@ -131,9 +131,9 @@ inline TriangleMesh cut_box(const Vec3& size, const std::array<std::vector<doubl
     if (added) {
       Vec3 p;
       for (int axis = 0; axis < 3; ++axis) {
-        p[axis] = size[axis] * (place[static_cast<std::size_t>(axis)]
-                                     [static_cast<std::size_t>(i[static_cast<std::size_t>(axis)])] -
-                                0.5);
+        p[axis] =
+            size[axis] *
+            (place[static_cast<std::size_t>(axis)][static_cast<std::size_t>(i[static_cast<std::size_t>(axis)])] - 0.5);
       }
       mesh.vertices.push_back(p);
     }
@@ -165,9 +165,9 @@ inline TriangleMesh cut_box(const Vec3& size, const std::array<std::vector<doubl
 /// The kinds of triangulation that boxes have here.
 constexpr int triangulations = 10;
 inline const char* triangulation_name(int kind) {
-  static constexpr const char* names[triangulations] = {
-      "12 triangles", "fans",  "slivers",        "cut edges", "long strips",
-      "a lattice",    "mixed", "four as finely", "very fine", "fine at a place"};
+  static constexpr const char* names[triangulations] = {"12 triangles", "fans",           "slivers", "cut edges",
+                                                        "long strips",  "a lattice",      "mixed",   "four as finely",
+                                                        "very fine",    "fine at a place"};
   return names[kind];
 }
 
@@ -182,8 +182,11 @@ inline TriangleMesh triangulated_box(const Vec3& size, int kind, Dice& dice) {
   FlatMesh mesh(box(size));
   mesh.flip_some(dice, 24);
   switch (kind) {
-    case 0: break;
-    case 1: mesh.split_faces(dice, whole(60), 0.05); break;
+    case 0:
+      break;
+    case 1:
+      mesh.split_faces(dice, whole(60), 0.05);
+      break;
     case 2:
       mesh.split_faces(dice, whole(40), 1e-3);
       mesh.split_edges(dice, whole(20), 0.02);
@@ -192,15 +195,19 @@ inline TriangleMesh triangulated_box(const Vec3& size, int kind, Dice& dice) {
       mesh.split_edges(dice, whole(80), 0.1);
       mesh.flip_some(dice, 200);
       break;
-    case 4: return cut_box(size, {cuts(whole(60), 1), {}, {}}, dice);
-    case 5: return cut_box(size, {cuts(whole(40), 1), cuts(whole(40), 1), cuts(whole(10), 1)}, dice);
-    case 6: return cut_box(size, {cuts(30, dice(1, 4)), cuts(30, dice(1, 4)), cuts(4, 1)}, dice);
+    case 4:
+      return cut_box(size, {cuts(whole(60), 1), {}, {}}, dice);
+    case 5:
+      return cut_box(size, {cuts(whole(40), 1), cuts(whole(40), 1), cuts(whole(10), 1)}, dice);
+    case 6:
+      return cut_box(size, {cuts(30, dice(1, 4)), cuts(30, dice(1, 4)), cuts(4, 1)}, dice);
     case 7:
       mesh.split_faces(dice, whole(10), 0.1);
       mesh.subdivide();
       mesh.subdivide();
       break;
-    case 8: return cut_box(size, {cuts(100, 1), cuts(100, 1), cuts(10, 1)}, dice);
+    case 8:
+      return cut_box(size, {cuts(100, 1), cuts(100, 1), cuts(10, 1)}, dice);
     default:
       mesh.split_faces(dice, 1, 0.1);
       // Again and again at the last point.

@@ -23,7 +23,7 @@ constexpr double coupling = 274;   // N/m, of the hand's spring
 
 MakeMeshDistance distance(int how) {
   const CellOptions cells{.resolution = 24, .band = 0.002};
-  return how % 2 == 0 ? tree_distances() : cell_distances(cells, nullptr);
+  return how % 8 != 0 ? tree_distances() : cell_distances(cells, nullptr);
 }
 
 /// A tool on a plate, which is a mesh in one scene and a box in the other.
@@ -35,12 +35,12 @@ struct Pair {
     name = std::string(test::triangulation_name(triangles)) + " under " + tool.name;
     // The pair lies as it likes in the world.
     if (dice(0, 1) < 0.7) X_WP = dice.pose(0.3, 3);
-    X_PT.R = from_rotation_vector({dice(-tilt, tilt), dice(-tilt, tilt), 0}) *
+    X_PT.R = from_rotation_vector({tilt * dice(-1, 1), tilt * dice(-1, 1), 0}) *
              from_rotation_vector({0, 0, dice(0, 1) < 0.3 ? 0 : dice(-3, 3)});
     tool.body.motion = dice(0, 1) < 0.5 ? Motion::translation : Motion::rigid;
     tool.body.X_WB = X_WP * Pose{{0, 0, 1}, X_PT.R};
     const Body mesh = test::mesh_body("plate" + std::to_string(member), test::triangulated_box(size, triangles, dice));
-    const MakeMeshDistance how = distance(member / 7);
+    const MakeMeshDistance how = distance(member);
     by_mesh = std::make_unique<SceneContacts>(scene_with(mesh), options, how);
     by_box = std::make_unique<SceneContacts>(scene_with(test::shaped("plate", BoxShape{size})), options, how);
     double low = 0;
@@ -99,7 +99,7 @@ BOOST_AUTO_TEST_CASE(a_mesh_of_a_plate_pushes_as_the_box_does_whatever_its_trian
   for (int member = 0; member < 4 * 3 * test::triangulations; ++member) {
     Pair pair(member, 0);
     BOOST_TEST_CONTEXT("member " << member << ", " << pair.name) {
-      for (int place = 0; place < 6 && pair.move(); ++place, ++compared) {
+      for (int place = 0; place < 5 && pair.move(); ++place, ++compared) {
         const Vec3 mesh = pair.push(*pair.by_mesh), box = pair.push(*pair.by_box);
         BOOST_TEST(sideways(mesh) < 0.02);
         BOOST_TEST(mesh.z == box.z, tt::tolerance(0.03));
@@ -110,14 +110,14 @@ BOOST_AUTO_TEST_CASE(a_mesh_of_a_plate_pushes_as_the_box_does_whatever_its_trian
       }
     }
   }
-  BOOST_TEST(compared > 600);
+  BOOST_TEST(compared > 500);
 }
 
 BOOST_AUTO_TEST_CASE(a_tool_that_is_tilted_on_a_plate_is_pushed_straight_up) {
-  for (int member = 0; member < 2 * 3 * test::triangulations; ++member) {
+  for (int member = 0; member < 3 * test::triangulations; ++member) {
     Pair pair(1000 + member, 0.06);
     BOOST_TEST_CONTEXT("member " << member << ", " << pair.name) {
-      for (int place = 0; place < 6 && pair.move(); ++place) {
+      for (int place = 0; place < 4 && pair.move(); ++place) {
         const Vec3 mesh = pair.push(*pair.by_mesh);
         BOOST_TEST(mesh.z > 0);
         BOOST_TEST(sideways(mesh) < 0.02);
@@ -127,7 +127,7 @@ BOOST_AUTO_TEST_CASE(a_tool_that_is_tilted_on_a_plate_is_pushed_straight_up) {
 }
 
 BOOST_AUTO_TEST_CASE(the_force_of_a_flat_mesh_changes_little_by_little_as_a_tool_slides_over_it) {
-  for (const int member : {1, 12, 16, 29}) {
+  for (const int member : {1, 12, 22}) {
     Pair pair(member, 0);
     if (!pair.move()) continue;
     const double way = std::min(pair.size.x / 2 - pair.tool.reach, 0.02);
