@@ -70,7 +70,7 @@ struct Push {
 /// torque, these in units of how far the contacts spread, over the sum of both. As far as its rim touches, what leads
 /// may push more: there the samples of the other end too soon, because a side is nearer to them than the face.
 double likeness(const Push& leading, const Push& other) {
-  constexpr double alike = 0.3, unlike = 0.5, rim = 0.1;
+  constexpr double alike = 0.3, unlike = 0.5, rim = 0.02;
   const double sum = leading.sum + other.sum;
   if (!(sum > 0)) return 0;
   const double more = other.sum < leading.sum ? std::min(1.0, leading.rim / (rim * leading.sum)) : 0;

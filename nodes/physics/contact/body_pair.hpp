@@ -34,8 +34,8 @@ namespace tactor {
 ///   |c f_a - f_b| / (p_a + p_b) + |c t_a - t_b| / (s (p_a + p_b)) = 0.3
 /// and 0 from 0.5 on, where f (N) is the sum of the springs' forces over the contacts of a side, p (N) that of their
 /// sizes, t (N m) the torque about the middle of all contacts, and s (m) how far they spread about it (root mean
-/// square). c is p_b / p_a where a pushes more and a tenth of that or more is pushed by its rim, less so below that
-/// tenth, else 1: the samples of b below the rim push nothing once they are nearer to a side of a than to its face.
+/// square). c is p_b / p_a where a pushes more and a fiftieth of that or more is pushed by its rim, less so below that,
+/// else 1: the samples of b below the rim push nothing once they are nearer to a side of a than to its face.
 /// Where no sample is at an edge or corner, as between round meshes, lean is 0.
 ///
 /// A pair whose bounding spheres are farther apart than the margin is not looked at. Where neither body rotates no
