@@ -47,6 +47,7 @@ class PythonBesideHardware(ModbusHarness):
     def run_watched(self, act, line=("--tcp", "0"), duration="60 s"):
         """The process of a run whose node does this after a second."""
         self.log.unlink(missing_ok=True)
+        self.new_results()
         graph = self.watched(self.emulate(line=line), act, duration)
         process = subprocess.Popen([TACTOR, "run", graph, "--overwrite", "--out", self.out], stdin=subprocess.DEVNULL,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
@@ -180,13 +181,19 @@ class PythonBesideHardware(ModbusHarness):
                         self.wait_until(lambda: connections_of(self.emulator.pid) < connections, self.emulator,
                                         "the motor saw the end of the connection", timeout=PATIENCE)
                     # The device is free for the next one.
-                    again = self.start_on_same(line)
+                    again = self.start_again()
                     self.until_driven(again, after=self.log_rows()[-1][0])
                     self.end_early(again)
                     os.kill(child, signal.SIGKILL)
                     self.emulator.kill()
 
-    def start_on_same(self, line):
+    def new_results(self):
+        """A folder of its own, because a child that lives on has the lock of its parent's."""
+        self.runs = getattr(self, "runs", 0) + 1
+        self.out = self.folder / f"out_{self.runs}"
+
+    def start_again(self):
+        self.new_results()
         graph = self.graph(self.address, EASY)
         process = subprocess.Popen([TACTOR, "run", graph, "--overwrite", "--out", self.out], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True, env=dict(os.environ, **self.environment))
