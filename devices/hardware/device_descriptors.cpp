@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <memory>
 #include <mutex>
 #include <vector>
 
@@ -46,7 +47,9 @@ void after_fork_in_parent() {
 void after_fork_in_child() {
   for (const int number : kept().numbers) syscall(SYS_close, number);
   kept().numbers.clear();
-  after_fork_in_parent();
+  // Made anew, because the C library lets only the thread that has locked one unlock it, and this is another by name.
+  std::construct_at(&kept().opening);
+  std::construct_at(&kept().mutex);
 }
 
 }  // namespace
