@@ -1,8 +1,12 @@
 #include "app/study/cluster/task.hpp"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
+#include <cstring>
 #include <nlohmann/json.hpp>
 
 #include "app/interruption.hpp"
@@ -13,6 +17,7 @@
 #include "app/study/cluster/submission.hpp"
 #include "app/study/finish_study.hpp"
 #include "app/study/table/where.hpp"
+#include "framework/core/file_descriptor.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {
@@ -98,8 +103,10 @@ int merge_and_report(ClusterPlan& plan, const ClusterFolder& folder) {
 /// The merge, with what it prints in a file, and how it ended in another.
 int run_merge(ClusterPlan& plan, const ClusterFolder& folder) {
   // What was printed is for whoever waits for the study, on another machine.
-  if (std::freopen(folder.table().c_str(), "w", stdout) == nullptr) {
-    throw RunError("cannot write " + folder.table().string());
+  std::fflush(stdout);
+  const FileDescriptor table(::open(folder.table().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  if (!table || ::dup2(table.number(), STDOUT_FILENO) < 0) {
+    throw RunError("cannot write " + folder.table().string() + ": " + std::strerror(errno));
   }
   nlohmann::ordered_json ended{{"exit_code", 0}, {"message", ""}};
   try {
