@@ -53,10 +53,7 @@ class WithoutLocks(StudyTest):
         return {**self.environment, "LD_PRELOAD": str(self.shim), "IMPOSED_ERRNO": str(number), **({"IMPOSED_ON_FCNTL": "1"} if on_fcntl else {})}
 
     def members(self):
-        for number in ERRNOS:
-            for on_fcntl in (False, True):
-                with self.subTest(errno=errno.errorcode[number], fcntl=on_fcntl):
-                    yield self.imposed(number, on_fcntl)
+        return [self.imposed(number, on_fcntl) for number in ERRNOS for on_fcntl in (False, True)]
 
     def here(self, environment, *arguments, code=0):
         result = tactor(*arguments, environment=environment, cwd=self.folder)
@@ -88,12 +85,13 @@ class WithoutLocks(StudyTest):
             members += 1
         self.assertEqual(members, 8)
 
-    def started(self, environment, study):
-        process = subprocess.Popen([TACTOR, "study", study, "--out", self.folder / "studied"], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    def started(self, environment, study, *options):
+        process = subprocess.Popen([TACTOR, "study", study, "--out", self.folder / "studied", *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
                                    text=True, env=dict(os.environ, **environment))
         self.addCleanup(process.communicate)
         self.addCleanup(process.kill)
-        self.wait_until((self.folder / "studied/study.sqlite.lock.held").exists, process, "it held its lock")
+        sign = self.folder / "studied/study.sqlite.lock.held"
+        self.wait_until(lambda: sign.exists() and sign.read_text().startswith(f"{process.pid} "), process, "it held its lock")
         return process
 
     def test_a_second_command_is_refused_with_the_process_and_one_that_was_killed_is_no_obstacle(self):
@@ -105,7 +103,7 @@ class WithoutLocks(StudyTest):
             self.assertIn(f"found another tactor writing it (process {first.pid})", refused.stderr)
             first.kill()
             first.wait()
-            again = self.started(environment, study)
+            again = self.started(environment, study, "--overwrite")
             again.send_signal(signal.SIGTERM)
             self.assertEqual(again.wait(timeout=120), 1)
             self.assertEqual(self.signs(), [])

@@ -23,11 +23,6 @@
 namespace {
 int imposed = 0;        // errno of every lock; 0: the system answers
 int interruptions = 0;  // how often EINTR comes first
-int answered(long system) {
-  if (system >= 0) return static_cast<int>(system);
-  errno = static_cast<int>(-system);
-  return -1;
-}
 int lock_answer() {
   if (interruptions > 0) {
     --interruptions;
