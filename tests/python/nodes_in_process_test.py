@@ -198,7 +198,8 @@ class Hand(tactor.Node):
             if child == 0:
                 os._exit(code)
             self.assertEqual(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), code)
-        done = subprocess.run([sys.executable, "-c", "import tactor, os; os._exit(5)"], check=False)
+        done = subprocess.run([sys.executable, "-c", "import tactor, os; os._exit(5)"], check=False,
+                              env=dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path)))
         self.assertEqual(done.returncode, 5)
 
     def test_a_child_that_a_node_forks_may_end_as_it_likes(self):

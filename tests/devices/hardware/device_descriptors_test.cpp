@@ -55,6 +55,34 @@ int open_sockets() {
   return count;
 }
 
+/// A child that does nothing, and lives as long as this.
+class Child {
+ public:
+  Child() {
+    BOOST_REQUIRE(pipe(begun_.data()) == 0);
+    BOOST_REQUIRE(pipe(ends_.data()) == 0);
+    pid_ = fork();
+    if (pid_ == 0) {
+      close(ends_[1]);
+      char byte = 0;
+      if (write(begun_[1], &byte, 1) != 1) _exit(1);
+      _exit(static_cast<int>(read(ends_[0], &byte, 1)));
+    }
+    char byte = 0;
+    BOOST_REQUIRE(read(begun_[0], &byte, 1) == 1);
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+  ~Child() {
+    for (const int file : {begun_[0], begun_[1], ends_[0], ends_[1]}) close(file);
+    waitpid(pid_, nullptr, 0);
+  }
+
+ private:
+  std::array<int, 2> begun_{}, ends_{};
+  pid_t pid_ = 0;
+};
+
 struct Kind {
   const char* name;
   std::function<int()> open;
@@ -139,23 +167,13 @@ BOOST_AUTO_TEST_CASE(a_program_that_is_started_gets_none) {
 BOOST_AUTO_TEST_CASE(a_claim_ends_with_its_owner_although_a_child_lives_on) {
   const std::string name = "of a test of children of process " + std::to_string(getpid());
   for (const auto sharing : {Claim::Sharing::alone, Claim::Sharing::process}) {
-    std::array<int, 2> ends{};
-    BOOST_REQUIRE(pipe(ends.data()) == 0);
     std::string why;
     Claim first;
     BOOST_REQUIRE(first.take(name, why, sharing));
-    const pid_t child = fork();
-    if (child == 0) {
-      close(ends[1]);
-      char byte = 0;
-      _exit(static_cast<int>(read(ends[0], &byte, 1)));  // lives until the test lets go
-    }
+    const Child child;
     first.release();
     Claim second;
     BOOST_TEST(second.take(name, why, Claim::Sharing::alone), why);
-    close(ends[0]);
-    close(ends[1]);
-    waitpid(child, nullptr, 0);
   }
 }
 
@@ -163,22 +181,17 @@ BOOST_AUTO_TEST_CASE(a_lock_of_a_port_ends_with_its_owner_although_a_child_lives
   int terminal = 0, port = 0;
   std::array<char, 128> path{};
   BOOST_REQUIRE(openpty(&terminal, &port, path.data(), nullptr, nullptr) == 0);
-  std::array<int, 2> ends{};
-  BOOST_REQUIRE(pipe(ends.data()) == 0);
   std::string why;
   PortLock first;
   BOOST_REQUIRE(first.take(path.data(), why));
-  const pid_t child = fork();
-  if (child == 0) {
-    close(ends[1]);
-    char byte = 0;
-    _exit(static_cast<int>(read(ends[0], &byte, 1)));
+  {
+    const Child child;
+    first.release();
+    PortLock second;
+    BOOST_TEST(second.take(path.data(), why), why);
   }
-  first.release();
-  PortLock second;
-  BOOST_TEST(second.take(path.data(), why), why);
-  for (const int file : {ends[0], ends[1], terminal, port}) close(file);
-  waitpid(child, nullptr, 0);
+  close(terminal);
+  close(port);
 }
 
 // Three threads open and close devices all the time; a fork may come between any two of their steps.
