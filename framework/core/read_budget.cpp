@@ -12,6 +12,7 @@ namespace tactor {
 namespace {
 
 std::atomic<int (*)()> requests_to_end = nullptr;
+std::atomic<bool> new_requests_alone = false;
 
 int times_asked_to_end() {
   const auto count = requests_to_end.load();
@@ -24,14 +25,17 @@ void heed_while_reading(int (*count)()) {
   requests_to_end = count;
 }
 
+void heed_new_requests_alone() {
+  new_requests_alone = true;
+}
+
 ReadBudget::ReadBudget(std::string file, std::uint64_t file_bytes, std::uint64_t at_least)
     : file_(std::move(file)),
       file_bytes_(file_bytes),
       at_least_(at_least),
       bytes_(std::clamp(std::min(file_bytes, greatest) * per_byte, at_least, greatest)),
       left_(bytes_),
-      // An earlier request has been heeded already: what is read after it belongs to the end that it asked for.
-      asked_before_(times_asked_to_end()) {}
+      asked_before_(new_requests_alone ? times_asked_to_end() : 0) {}
 
 std::string ReadBudget::refusal() const {
   char text[200];

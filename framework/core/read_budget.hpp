@@ -13,9 +13,13 @@ class ReadingEnded : public std::runtime_error {
   explicit ReadingEnded(const std::string& file) : std::runtime_error("interrupted while " + file + " was read") {}
 };
 
-/// Lets every ReadBudget made from now on heed the requests to end the program: `count` gives how many there have been.
-/// It is called on the thread that reads. Without it nothing ends a reader.
+/// Lets every reader heed the requests to end the program: `count` gives how many there have been. It is called on the
+/// thread that reads. Without it nothing ends a reader.
 void heed_while_reading(int (*count)());
+
+/// A run begins. From now on a request ends only the reading that it finds: what is read after it belongs to the
+/// results of a run that the request has ended.
+void heed_new_requests_alone();
 
 /// The memory and work that one file may cost. A reader charges each thing that it makes of the file before it makes
 /// it, and charges it again when it copies it. Nothing is given back, so that the budget bounds the work too. The
@@ -33,7 +37,7 @@ class ReadBudget {
 
   /// `bytes` more are about to be used, for what stands at `place` of the file (`:12`, `: cell 7`; may be empty).
   /// Throws InputError, beginning with the file and the place, if the budget does not hold them, and ReadingEnded if
-  /// the program has been asked to end since the budget was made.
+  /// the program has been asked to end; once a run has begun, since the budget was made.
   void take(std::uint64_t bytes, const char* place = "") {
     if (!holds(bytes)) refuse(place);
   }

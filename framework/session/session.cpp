@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/core/read_budget.hpp"
 #include "framework/engine/live/live_engine.hpp"
 #include "framework/engine/run_events.hpp"
 #include "framework/engine/setting_effects.hpp"
@@ -508,6 +509,7 @@ void Session::stop_when(std::function<bool()> asked) {
 
 void Session::start() {
   TACTOR_DEMAND(!run_->started);
+  heed_new_requests_alone();
   if (run_->live) {
     run_->live->start();
   } else {

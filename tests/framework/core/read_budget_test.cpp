@@ -61,8 +61,13 @@ BOOST_AUTO_TEST_CASE(steps_without_memory_are_counted_too) {
   BOOST_TEST(steps == budget.bytes() / ReadBudget::step_cost);
 }
 
-BOOST_AUTO_TEST_CASE(a_request_to_end_the_program_ends_what_is_being_read_and_not_what_is_read_after_it) {
+BOOST_AUTO_TEST_CASE(before_a_run_a_request_ends_all_reading_and_then_what_is_being_read_alone) {
   heed_while_reading([] { return requests; });
+  // It came while the bytes were taken in, or between two files.
+  requests = 1;
+  ReadBudget loading("scene.off", 0);
+  BOOST_CHECK_THROW(for (int i = 0; i < 1'000'000; ++i) loading.step(), ReadingEnded);
+  heed_new_requests_alone();
   ReadBudget before("before.vtu", 0);
   for (int i = 0; i < 100'000; ++i) before.step();
   ++requests;
