@@ -112,8 +112,8 @@ edges:
 %s
 """
 ONE = ("  wave: {python: 'wave.py:Wave'}", "  - device.state -> wave.device", "wave")
-CHAIN = ("  clock: {python: 'wave.py:Clock'}\n  wave: {python: 'wave.py:Triggered'}",
-         "  - device.state -> clock.device\n  - clock.force -> wave.clock", "wave")
+CHAIN = ("  ticker: {python: 'wave.py:Clock'}\n  wave: {python: 'wave.py:Triggered'}",
+         "  - device.state -> ticker.device\n  - ticker.force -> wave.clock", "wave")
 TWO = ("  wave: {python: 'wave.py:Wave'}\n  slow: {python: 'wave.py:Slow'}\n  sum: {python: 'wave.py:Sum'}",
        "  - device.state -> wave.device\n  - device.state -> slow.device\n  - wave.force -> sum.fast\n  - slow.force -> sum.slow", "sum")
 DECIMATING = ("  wave: {python: 'wave.py:Decimating'}", "  - device.state -> wave.device", "wave")
@@ -133,13 +133,16 @@ NOT_JUDGED = {
     "fixed": (ONE, "60, fixed=True", "", ("node wave", "60 Hz")),
     "bounded at its rate": (ONE, "60, max=60", "", ("node wave", "60 Hz")),
     "fixed and given by the graph": (AS_GRAPH["rate"], "30, fixed=True", "", ("node wave", "100 Hz")),
-    "a chain from a fixed clock": (CHAIN, "60, fixed=True", "", ("node clock", "60 Hz")),
+    "a chain from a fixed clock": (CHAIN, "60, fixed=True", "", ("node ticker", "60 Hz")),
     "two, one of them fixed": (TWO, "200", "fixed=True", ("node slow", "60 Hz")),
     "a clock of its own": (DECIMATING, "60", "", ("wave.force", "60 Hz")),
     "a clock of its own by a parameter": (AS_GRAPH["often"], "60", "", ("wave.force", "30 Hz")),
     "as fast as the reference": (ONE, "20000", "", ("wave.force", "20000 Hz")),
 }
-HOLD_AND_BLEND = f"methods: [hold, blend]\nseeds: 2\nduration: 1 s\njudge: whole\nmetrics: [delivered.force.rms_error_N, delivered.force.delay_ms]\n"
+# Besides the hold: the line through the last two results, which goes on.
+LINE = "{prediction: {type: prediction.linear}, interpolation: {type: interpolation.linear}}"
+METHODS = "methods: [{hold: {}}, {line: {nodes: %s}}]\n" % LINE
+TWO_METHODS = f"{METHODS}seeds: 2\nduration: 1 s\njudge: whole\nmetrics: [delivered.force.rms_error_N, delivered.force.delay_ms]\n"
 
 
 class OwnPhysics(CommandTest):
@@ -209,7 +212,7 @@ class OwnPhysics(CommandTest):
         graph = self.graph(*JUDGED["declared by the class"][:3])
         found = []
         for name, reference in (("own", ""), ("told", "reference: {set: {wave.rate: 10 kHz}}\n")):
-            study = self.write(f"{name}.yaml", f"graphs: [{graph.name}]\n{HOLD_AND_BLEND}{reference}")
+            study = self.write(f"{name}.yaml", f"graphs: [{graph.name}]\n{TWO_METHODS}{reference}")
             self.run_ok("study", study, "--out", self.folder / name)
             found.append((self.folder / name / "study.csv").read_bytes())
         self.assertEqual(*found)
@@ -217,7 +220,7 @@ class OwnPhysics(CommandTest):
 
     def test_six_seeds_of_a_graph_without_chance_are_said_to_be_identical_and_not_tested(self):
         graph = self.graph(*JUDGED["declared by the class"][:3])
-        study = self.write("study.yaml", f"graphs: [{graph.name}]\n" + HOLD_AND_BLEND.replace("seeds: 2", "seeds: 6"))
+        study = self.write("study.yaml", f"graphs: [{graph.name}]\n" + TWO_METHODS.replace("seeds: 2", "seeds: 6"))
         shown = self.run_ok("study", study, "--out", self.folder / "study").stdout
         self.assertIn("the runs of all seeds are identical in each row", shown)
         self.assertRegex(shown, r"delivered [+-]0\.\d{4} N, the 6 seeds are identical: not tested")
@@ -233,7 +236,7 @@ class OwnPhysics(CommandTest):
     def test_no_report_ranks_what_has_no_truth_and_each_says_why(self):
         graph = self.graph(*NOT_JUDGED["fixed"][:3])
         why = "node wave steps at 60 Hz in both"
-        study = self.write("study.yaml", f"graphs: [{graph.name}]\n{HOLD_AND_BLEND}")
+        study = self.write("study.yaml", f"graphs: [{graph.name}]\n{TWO_METHODS}")
         shown = self.run_ok("study", study, "--out", self.folder / "study").stdout
         self.assertIn(f"nothing is ranked: the reference run is no finer than the run: {why}", shown)
         told = json.loads((self.folder / "study/study.json").read_text())
@@ -248,7 +251,7 @@ class OwnPhysics(CommandTest):
         self.assertIn(why, report)
         self.nobody_is_best(report)
 
-        front = self.write("front.yaml", f"graphs: [{graph.name}]\nmethods: [hold, blend]\nseeds: 1\njudge: whole\n"
+        front = self.write("front.yaml", f"graphs: [{graph.name}]\n{METHODS}seeds: 1\njudge: whole\n"
                            "timing: {repeats: 1, warm_up: 0}\n"
                            "report: {kind: work_precision, error: delivered.force.rms_d2_N_per_ms2}\n")
         self.run_ok("study", front, "--out", self.folder / "front")
@@ -257,7 +260,7 @@ class OwnPhysics(CommandTest):
         self.assertEqual(len(points), 2)
         self.assertFalse(any(point[name] for point in points for name in point if name.startswith("front")))
 
-        other = self.write("other.yaml", f"extends: {graph.name}\nnodes: {{prediction: {{type: prediction.linear}}}}\n")
+        other = self.write("other.yaml", f"extends: {graph.name}\nnodes: {LINE}\n")
         shown = self.run_ok("compare", graph, other, "--seeds", "2", "--judge", "whole", "--out", self.folder / "compare").stdout
         self.assertIn(why, shown)
         told = json.loads((self.folder / "compare/compare.json").read_text())
@@ -275,7 +278,7 @@ class OwnPhysics(CommandTest):
         slow = self.graph(*NOT_JUDGED["two, one of them fixed"][:3])
         fine = self.graph(*JUDGED["two rates"][:1], "200", "fixed=True", name="fine.yaml")
         fine.write_text(fine.read_text().replace("  slow: {python: 'wave.py:Slow'}", "  slow: {python: 'wave.py:Wave'}"))
-        blend = self.write("blend.yaml", f"extends: {fine.name}\nnodes: {{prediction: {{type: prediction.linear}}}}\n")
+        blend = self.write("blend.yaml", f"extends: {fine.name}\nnodes: {LINE}\n")
         self.run_ok("compare", fine, blend, slow, "--seeds", "2", "--judge", "whole", "--out", self.folder / "compare")
         report = (self.folder / "compare/report.html").read_text()
         self.assertIn("nearest to the reference", report)
