@@ -212,7 +212,7 @@ class OwnPhysics(CommandTest):
         graph = self.graph(*JUDGED["declared by the class"][:3])
         found = []
         for name, reference in (("own", ""), ("told", "reference: {set: {wave.rate: 10 kHz}}\n")):
-            study = self.write(f"{name}.yaml", f"graphs: [{graph.name}]\n{TWO_METHODS}{reference}")
+            study = self.write(f"study_{name}.yaml", f"graphs: [{graph.name}]\n{TWO_METHODS}{reference}")
             self.run_ok("study", study, "--out", self.folder / name)
             found.append((self.folder / name / "study.csv").read_bytes())
         self.assertEqual(*found)
