@@ -5,28 +5,9 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
+#include "framework/core/control_characters.hpp"
 
 namespace tactor {
-
-namespace {
-
-bool is_control_character(char c) {
-  return static_cast<unsigned char>(c) < ' ' || c == '\x7f';
-}
-
-}  // namespace
-
-bool has_control_characters(std::string_view text) {
-  return std::any_of(text.begin(), text.end(), is_control_character);
-}
-
-std::string with_visible_controls(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    out += is_control_character(c) ? fmt::format("\\x{:02x}", static_cast<unsigned char>(c)) : std::string(1, c);
-  }
-  return out;
-}
 
 void refuse_control_characters(const std::string& text, const std::string& what) {
   if (!has_control_characters(text)) return;

@@ -6,10 +6,6 @@
 
 namespace tactor {
 
-bool has_control_characters(std::string_view text);
-/// The text with `\x0a` in place of a line break, and so on.
-std::string with_visible_controls(std::string_view text);
-
 /// The text as one word of a POSIX shell, whatever is in it. Throws InputError where it holds a control character: a
 /// line break ends a comment, and schedulers read scripts by the line. `what` tells where the text comes from,
 /// `--out`.

@@ -37,7 +37,8 @@ std::string command_text(const std::string& libraries) {
          "# Tactor with the libraries beside it.\n"
          "here=$(CDPATH= cd -- \"$(dirname -- \"$0\")\" && pwd) || exit 1\n"
          "case $here in\n"
-         "  *:* | *\\;*) echo \"$here: expected a folder without : and ;, which end a name in lists of folders; move it\" "
+         "  *:* | *\\;*) echo \"$here: expected a folder without : and ;, which end a name in lists of folders; move "
+         "it\" "
          ">&2; exit 2 ;;\n"
          "esac\n"
          "libraries=" +

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "app/shell_word.hpp"
 #include "app/verbs/named_graphs.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verb_info.hpp"
 #include "app/verbs/verbs.hpp"
+#include "framework/core/control_characters.hpp"
 #include "framework/core/file_lookup.hpp"
 #include "framework/node/registry.hpp"
 

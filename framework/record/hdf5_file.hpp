@@ -2,7 +2,6 @@
 #pragma once
 
 #include <fcntl.h>
-#include <hdf5.h>
 
 #include <filesystem>
 

@@ -142,7 +142,7 @@ class Includes(unittest.TestCase):
             # A study by its steps: what it says, what is to be run, the runs, their table, what is told of it.
             "app/study/spec": ("framework", "app/study/spec"),
             "app/study/plan": ("framework", "app/study/spec", "app/study/plan"),
-            "app/study/table": ("framework", "app/run", "app/report", "app/results_folder.hpp", "app/statistics.hpp",
+            "app/study/table": ("framework", "app/run", "app/report", "app/interruption.hpp", "app/results_folder.hpp", "app/statistics.hpp",
                                 "app/study/spec", "app/study/plan", "app/study/table"),
             "app/study/run": ("framework", "app/run", "app/output.hpp", "app/progress_bar.hpp", "app/statistics.hpp",
                               "app/study/spec", "app/study/plan", "app/study/table", "app/study/run"),
@@ -150,7 +150,7 @@ class Includes(unittest.TestCase):
                                  "app/study/plan", "app/study/table", "app/study/report"),
             # A cluster does what one machine does with a study; that knows nothing of it.
             "app/study/cluster": ("framework", "app/run", "app/study", "app/command_output.hpp", "app/interruption.hpp", "app/output.hpp",
-                                  "app/progress_bar.hpp", "app/results_folder.hpp"),
+                                  "app/progress_bar.hpp", "app/results_folder.hpp", "app/shell_word.hpp"),
         }
         for path in SOURCES:
             for folder, targets in allowed.items():

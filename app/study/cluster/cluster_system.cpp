@@ -9,6 +9,7 @@
 #include "app/command_output.hpp"
 #include "app/shell_word.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/control_characters.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/kept_folder.hpp"
 #include "framework/core/text.hpp"

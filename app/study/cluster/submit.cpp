@@ -17,6 +17,7 @@
 #include "app/study/cluster/merge.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
+#include "framework/core/control_characters.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/core/text.hpp"
 

@@ -8,8 +8,8 @@
 #include <set>
 #include <string_view>
 
-#include "app/shell_word.hpp"
 #include "app/study/spec/study_baseline.hpp"
+#include "framework/core/control_characters.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/text.hpp"
 #include "framework/core/units.hpp"
