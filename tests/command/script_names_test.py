@@ -96,7 +96,7 @@ class OfTheEnvironment(Names):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.nothing_ran("a value")
         script = (self.folder / "out/good/cluster/jobs/0000.sh").read_text()
-        exports = "".join(line + "\n" for line in script.splitlines() if line.startswith("export TACTOR_TRIED_"))
+        exports = "".join(line + "\n" for line in script.split("\n") if line.startswith("export TACTOR_TRIED_"))
         for name, value in variables.items():
             said = subprocess.run(["sh", "-c", f'{exports}printf %s "${name}"'], capture_output=True, text=True, check=True, cwd=self.folder)
             self.assertEqual(said.stdout, value)
