@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <memory>
 #include <mutex>
+#include <shared_mutex>
 #include <vector>
 
 namespace tactor {
@@ -15,6 +16,7 @@ namespace tactor {
 namespace {
 
 struct KeptDescriptors {
+  std::mutex turn;            // who forks goes before those that begin to open later
   std::shared_mutex opening;  // held for itself by who forks
   std::mutex mutex;           // over the numbers
   std::vector<int> numbers;
@@ -33,7 +35,10 @@ KeptDescriptors& kept() {
   return one;
 }
 
+thread_local int held = 0;  // objects of NoFork on this thread
+
 void before_fork() {
+  kept().turn.lock();
   kept().opening.lock();
   kept().mutex.lock();
 }
@@ -41,6 +46,7 @@ void before_fork() {
 void after_fork_in_parent() {
   kept().mutex.unlock();
   kept().opening.unlock();
+  kept().turn.unlock();
 }
 
 /// Only the thread that forked is here. The system call itself, because an emulator stands before that of the library.
@@ -48,13 +54,22 @@ void after_fork_in_child() {
   for (const int number : kept().numbers) syscall(SYS_close, number);
   kept().numbers.clear();
   // Made anew, because the C library lets only the thread that has locked one unlock it, and this is another by name.
+  std::construct_at(&kept().turn);
   std::construct_at(&kept().opening);
   std::construct_at(&kept().mutex);
 }
 
 }  // namespace
 
-NoFork::NoFork() : lock_(kept().opening) {}
+NoFork::NoFork() {
+  if (held++ > 0) return;
+  const std::scoped_lock in_turn(kept().turn);
+  kept().opening.lock_shared();
+}
+
+NoFork::~NoFork() {
+  if (--held == 0) kept().opening.unlock_shared();
+}
 
 void keep_from_children(int descriptor) {
   if (descriptor < 0) return;

@@ -2,18 +2,16 @@
 // open when its parent has ended, and the device would not see that end.
 #pragma once
 
-#include <shared_mutex>
-
 namespace tactor {
 
 /// No child is forked while one of these lives: who forks waits. It is held from before a descriptor is opened until
-/// `keep_from_children`, for a second at most, and its thread starts no process meanwhile.
+/// `keep_from_children`, for a second at most, and its thread starts no process meanwhile. A thread may hold several.
 class NoFork {
  public:
   NoFork();
-
- private:
-  std::shared_lock<std::shared_mutex> lock_;
+  NoFork(const NoFork&) = delete;
+  NoFork& operator=(const NoFork&) = delete;
+  ~NoFork();
 };
 
 /// From now on this descriptor is closed in the child of every fork(), and where the process executes another program.
