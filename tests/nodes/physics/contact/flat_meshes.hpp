@@ -210,8 +210,8 @@ inline TriangleMesh triangulated_box(const Vec3& size, int kind, Dice& dice) {
       return cut_box(size, {cuts(100, 1), cuts(100, 1), cuts(10, 1)}, dice);
     default:
       mesh.split_faces(dice, 1, 0.1);
-      // Again and again at the last point.
-      for (int i = 0; i < 60; ++i) mesh.split_last(dice);
+      // Again and again at the last point, down to some micrometres: smaller faces would cut each other by rounding.
+      for (int i = 0; i < 8; ++i) mesh.split_last(dice);
       break;
   }
   return mesh.mesh();
