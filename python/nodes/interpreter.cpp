@@ -1,10 +1,12 @@
 #include "python/nodes/interpreter.hpp"
 
 #include <dlfcn.h>
+#include <unistd.h>
 
 #include <array>
 #include <atomic>
 #include <csignal>
+#include <cstdio>
 #include <filesystem>
 #include <mutex>
 
@@ -94,6 +96,24 @@ void listen_for_second_interrupt() {
   sigaction(SIGINT, &before, nullptr);
 }
 
+/// What Python takes for its error output: the stream of this program, which shows only text and has no file that
+/// Python could open by itself.
+py::object error_output() {
+  const py::object base = py::module_::import("io").attr("TextIOBase");
+  py::dict members;
+  members["write"] = py::cpp_function(
+      [](const py::object& /*self*/, const py::str& text) {
+        const std::string bytes = bytes_of_text(text);
+        static_cast<void>(std::fwrite(bytes.data(), 1, bytes.size(), stderr));
+        static_cast<void>(std::fflush(stderr));
+        return py::len(text);
+      },
+      py::is_method(base));
+  // For programs that the code of a node starts.
+  members["fileno"] = py::cpp_function([](const py::object& /*self*/) { return STDERR_FILENO; }, py::is_method(base));
+  return py::module_::import("builtins").attr("type")("ErrorOutput", py::make_tuple(base), members)();
+}
+
 void add_package_folder() {
   const fs::path folder = package_folder();
   if (folder.empty()) return;
@@ -117,7 +137,7 @@ void start_interpreter() {
     add_package_folder();
     listen_for_second_interrupt();
     const py::module_ sys = py::module_::import("sys");
-    sys.attr("stdout") = sys.attr("stderr");
+    for (const char* stream : {"stderr", "stdout"}) sys.attr(stream) = error_output();
     // Whoever calls into Python takes the lock.
     PyEval_SaveThread();
   });
