@@ -54,11 +54,12 @@ double faces_added(const TriangleMesh& mesh, double longest_edge) {
   return added;
 }
 
-/// The longest edge between the samples of a mesh that by itself has `own` and meets others with `others`, in m. Long
+/// The longest edge between the samples of a mesh that by itself has `own` and meets others with `others`, in m. Twice
+/// that of the others does: on a large face their rim leads, and curved meshes have no more samples than before. Long
 /// narrow faces have many samples for their area.
 double mesh_spacing(const TriangleMesh& mesh, double own, double others) {
   constexpr double most_by_default = 2e5;
-  double spacing = std::min(own, others);
+  double spacing = std::min(own, 2 * others);
   while (spacing < own && faces_added(mesh, spacing) > most_by_default) spacing = std::min(own, 1.25 * spacing);
   return spacing;
 }
