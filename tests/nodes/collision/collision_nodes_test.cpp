@@ -154,7 +154,8 @@ BOOST_AUTO_TEST_CASE(a_full_set_has_the_wrench_of_all_contacts_however_few_it_ke
     if (most == 128) {
       BOOST_TEST(norm(wrench.force) > 0.1);
       BOOST_TEST(set.truncated > 0);
-      // Each vertex of the rock below the floor, which has no samples, presses by its area as seen from there, and depth.
+      // Each vertex of the rock below the floor, which has no samples, presses by its area as seen from there, and
+      // depth.
       for (const SurfaceSample& s : vertex_samples(rock).points) {
         const Vec3 x = transform(X_WT, s.p);
         if (x.z >= 0) continue;
