@@ -164,9 +164,7 @@ double BodyPair::weight(const Contact& contact, bool from_b, std::size_t sample,
   return area_facing(samples, sample, towards) / material_.patch_area;
 }
 
-/// A sample that faces away from what it meets makes no contact.
 void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const {
-  if (!(weight > 0)) return;
   contact.weight = weight;
   found.contact.push_back(contact);
   found.pair.push_back(indices_);
