@@ -19,7 +19,7 @@ namespace tactor {
 /// The weight of a sample is its area over the patch area of the material, as far as it faces the other body
 /// (area_facing), which lies against the contact's normal where the sample is of a, along it where it is of b; or what
 /// ContactSamples counts. So a box that lies on a face is pushed by the area of that face, and a sample of a wall that
-/// is nearest to a side of the box pushes nothing: it makes no contact. Where both sides have samples,
+/// is nearest to a side of the box has no weight. Where both sides have samples,
 ///   weight = share * weight of the sample,
 /// with shares that sum to 1, in proportion to (1 + lean) e of a and (1 - lean) e of b, where e = sum(weight * (margin
 /// - distance)) over the samples of the side: about one half each where both are finely sampled, nearly 1 for the side
