@@ -45,8 +45,8 @@ SurfaceMesh surface_of(const std::vector<Point>& points, const std::vector<std::
 /// which parts touch become several at one place.
 TriangleMesh stitched(const std::vector<Point>& points, const std::vector<std::vector<std::size_t>>& triangles);
 
-/// A face of very many corners that crosses itself where it is seen along its normal; nothing where there is none. To cut
-/// such a face would take time and memory by the square of its corners.
+/// A face of very many corners that crosses itself where it is seen along its normal; nothing where there is none. To
+/// cut such a face would take time and memory by the square of its corners.
 std::optional<Face> tangled_face(const SurfaceMesh& surface);
 
 /// Cuts polygons of more than three corners; their triangles take over their numbers. False where one cannot be cut.
