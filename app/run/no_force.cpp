@@ -69,11 +69,11 @@ class Upstream {
                                                                   "its step did not converge"};
     std::string text;
     for (std::size_t r = 1; r < refusal_count; ++r) {
-      const auto why = static_cast<Refusal>(r);
+      const auto why = static_cast<RefusalReason>(r);
       if (refusals.refused(why) == 0) continue;
       if (!text.empty()) text += ", ";
       if (refusals.refused(why) < refusals.refused()) text += fmt::format("{} ", refusals.refused(why));
-      text += why == Refusal::too_many
+      text += why == RefusalReason::too_many
                   ? fmt::format("{} {} in an array of {}", refusals.found(), refusals.items(), refusals.room())
                   : words[r];
     }

@@ -8,7 +8,7 @@
 namespace tactor {
 
 /// Why a message cannot be used.
-enum class Refusal : std::uint8_t {
+enum class RefusalReason : std::uint8_t {
   none,
   not_finite,     ///< a value is NaN, infinite or out of range
   too_many,       ///< it counts more items than its array has, or fewer than none
@@ -26,13 +26,13 @@ class Refusals {
   explicit constexpr Refusals(const char* what, const char* items = "items") : what_(what), items_(items) {}
 
   /// One has come; `why` is none where it is used.
-  void count(Refusal why) noexcept {
+  void count(RefusalReason why) noexcept {
     ++came_;
-    if (why != Refusal::none) ++refused_[static_cast<std::size_t>(why)];
+    if (why != RefusalReason::none) ++refused_[static_cast<std::size_t>(why)];
   }
   /// One was refused because it counts `found` items where there is room for `room`.
   void count_too_many(std::int64_t found, std::int64_t room) noexcept {
-    count(Refusal::too_many);
+    count(RefusalReason::too_many);
     found_ = found;
     room_ = room;
   }
@@ -40,7 +40,7 @@ class Refusals {
   [[nodiscard]] const char* what() const { return what_; }
   [[nodiscard]] const char* items() const { return items_; }
   [[nodiscard]] std::uint64_t came() const { return came_; }
-  [[nodiscard]] std::uint64_t refused(Refusal why) const { return refused_[static_cast<std::size_t>(why)]; }
+  [[nodiscard]] std::uint64_t refused(RefusalReason why) const { return refused_[static_cast<std::size_t>(why)]; }
   [[nodiscard]] std::uint64_t refused() const {
     std::uint64_t sum = 0;
     for (const std::uint64_t n : refused_) sum += n;

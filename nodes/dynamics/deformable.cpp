@@ -253,9 +253,11 @@ bool DeformableDynamics::take_samples(Time until) {
     if (waiting_) break;
     const bool known = begun_ || has_newest_;
     const bool late = known && next_.stamp.valid <= (has_newest_ ? newest_ : used_).stamp.valid;
-    const Refusal refusal = !is_usable(next_.value) ? Refusal::not_finite : late ? Refusal::late : Refusal::none;
+    const RefusalReason refusal = !is_usable(next_.value) ? RefusalReason::not_finite
+                                  : late                  ? RefusalReason::late
+                                                          : RefusalReason::none;
     refused_.count(refusal);
-    if (refusal != Refusal::none) continue;
+    if (refusal != RefusalReason::none) continue;
     newest_ = next_;
     newest_.value.X_WD.R = normalized(newest_.value.X_WD.R);
     has_newest_ = true;

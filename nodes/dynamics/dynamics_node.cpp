@@ -119,9 +119,11 @@ bool DynamicsNode::take_sample(Time until) {
     waiting_ = false;
     // One from the past would move the handle back.
     const bool late = begun_ && sample_.stamp.valid <= used_.stamp.valid;
-    const Refusal refusal = !is_usable(sample_.value) ? Refusal::not_finite : late ? Refusal::late : Refusal::none;
+    const RefusalReason refusal = !is_usable(sample_.value) ? RefusalReason::not_finite
+                                  : late                    ? RefusalReason::late
+                                                            : RefusalReason::none;
     refused_.count(refusal);
-    if (refusal == Refusal::none) {
+    if (refusal == RefusalReason::none) {
       sample_.value.X_WD.R = normalized(sample_.value.X_WD.R);
       return true;
     }

@@ -144,11 +144,11 @@ void ProxyForceField::step(StepContext& context) {
   bool moved = false;
   while (samples_.next(device, sample)) {
     const bool later = !any_ || sample.stamp.valid > newest_.stamp.valid;
-    const Refusal refusal = !is_finite(sample.value.X_WD.p) ? Refusal::not_finite
-                            : later                         ? Refusal::none
-                                                            : Refusal::late;
+    const RefusalReason refusal = !is_finite(sample.value.X_WD.p) ? RefusalReason::not_finite
+                                  : later                         ? RefusalReason::none
+                                                                  : RefusalReason::late;
     refused_.count(refusal);
-    if (refusal != Refusal::none) continue;
+    if (refusal != RefusalReason::none) continue;
     go_to(sample);
     moved = true;
   }

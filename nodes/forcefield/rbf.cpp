@@ -228,7 +228,7 @@ void RbfForceField::step(StepContext& context) {
   Stamped<DeviceState> state;
   while (states_.next(device, state)) {
     const bool finite = is_finite(state.value.X_WD.p);
-    refused_.count(finite ? Refusal::none : Refusal::not_finite);
+    refused_.count(finite ? RefusalReason::none : RefusalReason::not_finite);
     if (finite && (!any_ || state.stamp.valid > newest_.stamp.valid)) {
       newest_ = state;
       any_ = true;

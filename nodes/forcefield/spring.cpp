@@ -52,11 +52,11 @@ double SpringForceField::force_at(double x, double v) const {
 void SpringForceField::take(Time now, const Stamped<DeviceState>& sample) {
   const double x = sample.value.X_WD.p[axis_], shown = sample.value.V_WD.v[axis_];
   const Time t = sample.stamp.valid;
-  const Refusal refusal = !std::isfinite(x) || !std::isfinite(shown) ? Refusal::not_finite
-                          : any_ && t <= t_                          ? Refusal::late
-                                                                     : Refusal::none;
+  const RefusalReason refusal = !std::isfinite(x) || !std::isfinite(shown) ? RefusalReason::not_finite
+                                : any_ && t <= t_                          ? RefusalReason::late
+                                                                           : RefusalReason::none;
   refused_.count(refusal);
-  if (refusal != Refusal::none) return;
+  if (refusal != RefusalReason::none) return;
   const double difference = any_ ? (x - x_) / (t - t_).seconds() : 0.0;
   any_ = true;
   x_ = x;

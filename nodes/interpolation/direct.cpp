@@ -99,7 +99,7 @@ void Direct::begin(Time now) {
   start.bodies = result->value;
   start.p_WT_result = result->value.X_WB[0].p;
   if (result->value.massless != 0) start.coupling.massless = 1;
-  const Refusal refusal = rollout_.refusal(start);
+  const RefusalReason refusal = rollout_.refusal(start);
   refused_.count(refusal);
   if (!rollout_.restart(start)) {
     start.bodies = before;

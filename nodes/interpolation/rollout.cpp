@@ -207,7 +207,7 @@ bool Rollout::take_model(Time now) {
     rejected_ = newest.stamp.sequence;
     return false;
   }
-  refused_.count(Refusal::none);
+  refused_.count(RefusalReason::none);
   // The age of the first one is what physics took to make it.
   note_interval(running_ ? newest.stamp.valid - used_.valid : now - newest.stamp.valid);
   if (const Then* then = known_at(newest.stamp.valid)) {
@@ -225,12 +225,12 @@ bool Rollout::take_model(Time now) {
 }
 
 void Rollout::count_refused(const LocalModel& newest, bool late) {
-  const Refusal why = late ? Refusal::late : rollout_.refusal(newest);
-  if (why == Refusal::too_many) {
+  const RefusalReason why = late ? RefusalReason::late : rollout_.refusal(newest);
+  if (why == RefusalReason::too_many) {
     refused_.count_too_many(newest.contacts.count, LocalContacts::capacity);
   } else {
     // What the rollout would accept by itself does not go with the patch that it steps.
-    refused_.count(why == Refusal::none ? Refusal::another_scene : why);
+    refused_.count(why == RefusalReason::none ? RefusalReason::another_scene : why);
   }
 }
 

@@ -226,8 +226,8 @@ void LocalPredictor::step(StepContext&) {
   const Stamped<BodyStates>* result = bodies.latest();
   const Stamped<CouplingParameters>* spring = coupling.latest();
   if (result == nullptr || spring == nullptr || track_.size() == 0) return;
-  const Refusal refusal = take_result(*result, spring->value);
-  if (refusal == Refusal::too_many) {
+  const RefusalReason refusal = take_result(*result, spring->value);
+  if (refusal == RefusalReason::too_many) {
     refused_.count_too_many(start_.contacts.count, LocalContacts::capacity);
   } else {
     refused_.count(refusal);
@@ -235,7 +235,7 @@ void LocalPredictor::step(StepContext&) {
 }
 
 /// Sends the model of the result, brought on to the newest sample; or why not.
-Refusal LocalPredictor::take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring) {
+RefusalReason LocalPredictor::take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring) {
   // The handle as it was for the result, or the oldest that is known.
   std::size_t age = 0;  // also the number of later samples
   while (age < track_.size() && track_[age].stamp.valid > result.stamp.valid) ++age;
@@ -253,33 +253,33 @@ Refusal LocalPredictor::take_result(const Stamped<BodyStates>& result, const Cou
                                           .V_WD = start_.device.V_WD},
                                          rollout_.tool_rotates());
   take_contacts();
-  if (!take_patch(result.stamp.valid)) return Refusal::incomplete;
-  if (const Refusal refusal = rollout_.refusal(start_); refusal != Refusal::none) return refusal;
+  if (!take_patch(result.stamp.valid)) return RefusalReason::incomplete;
+  if (const RefusalReason refusal = rollout_.refusal(start_); refusal != RefusalReason::none) return refusal;
   fit_contacts(result);
   rollout_.restart(start_);
   if (params_.resimulate) {
     while (age > 0) {
       age = next_age(age);
       // What goes on from a step that failed is nobody's truth; the display goes on with the model before.
-      if (!rollout_.advance(track_[age])) return Refusal::unsolved;
+      if (!rollout_.advance(track_[age])) return RefusalReason::unsolved;
       ++resimulated_;
     }
   } else {
     start_.time = track_[0].stamp.valid;
     start_.device = track_[0].value;
   }
-  if (!send(result.stamp.valid)) return Refusal::incomplete;
+  if (!send(result.stamp.valid)) return RefusalReason::incomplete;
   ++results_;
-  return Refusal::none;
+  return RefusalReason::none;
 }
 
 void LocalPredictor::report(Report& report) const {
   report.set("prediction.resimulated_steps",
              results_ > 0 ? static_cast<double>(resimulated_) / static_cast<double>(results_) : 0.0);
   report.add("prediction.rejected_results",
-             static_cast<double>(refused_.refused() - refused_.refused(Refusal::unsolved)));
+             static_cast<double>(refused_.refused() - refused_.refused(RefusalReason::unsolved)));
   report.add("prediction.rejected_samples", static_cast<double>(rejected_samples_));
-  report.add("prediction.failed_steps", static_cast<double>(refused_.refused(Refusal::unsolved)));
+  report.add("prediction.failed_steps", static_cast<double>(refused_.refused(RefusalReason::unsolved)));
   if (!params_.fit || !state.connected()) return;
   report.set("local.fit.stiffness_scale", fit_.error().stiffness_scale);
   report.set("local.fit.friction_excess", fit_.error().friction_excess);

@@ -59,7 +59,7 @@ class LocalPredictor final : public Node, public Refusing {
   void take_contacts();
   [[nodiscard]] bool take_patch(Time result);
   bool send(Time result);
-  [[nodiscard]] Refusal take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring);
+  [[nodiscard]] RefusalReason take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring);
   [[nodiscard]] std::size_t next_age(std::size_t age) const;
   [[nodiscard]] const ContactSet* contacts_of(Time result) const;
   void fit_contacts(const Stamped<BodyStates>& result);

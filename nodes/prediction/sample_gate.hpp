@@ -35,11 +35,11 @@ class ForecastGuard {
     if (!torque_) sample.torque = {};
     if (is_usable(sample)) {
       last_ = sample;
-      refused_.count(Refusal::none);
+      refused_.count(RefusalReason::none);
       return true;
     }
     sample = last_;
-    refused_.count(Refusal::not_finite);
+    refused_.count(RefusalReason::not_finite);
     ++fallbacks_;
     return false;
   }

@@ -143,20 +143,20 @@ class Critic final : public Node, public Refusing {
     using W = Params::Why;
     switch (why_) {
       case W::none:
-        refused_.count(Refusal::none);
+        refused_.count(RefusalReason::none);
         return segment.send(force.latest()->stamp.valid, constant_segment(context.now(), force.latest()->value));
       case W::too_many:
         return refused_.count_too_many(60, 48);
       case W::not_finite:
-        return refused_.count(Refusal::not_finite);
+        return refused_.count(RefusalReason::not_finite);
       case W::another_scene:
-        return refused_.count(Refusal::another_scene);
+        return refused_.count(RefusalReason::another_scene);
       case W::incomplete:
-        return refused_.count(Refusal::incomplete);
+        return refused_.count(RefusalReason::incomplete);
       case W::late:
-        return refused_.count(Refusal::late);
+        return refused_.count(RefusalReason::late);
       case W::unsolved:
-        return refused_.count(Refusal::unsolved);
+        return refused_.count(RefusalReason::unsolved);
     }
   }
   [[nodiscard]] const Refusals& refusals() const override { return refused_; }

@@ -131,12 +131,13 @@ LocalRollout::LocalRollout(const SystemModel& model, ContactSource* surface, Sof
   touched_.reserve(ContactSet::capacity);
 }
 
-Refusal LocalRollout::refusal(const LocalModel& model) const {
-  if (model.contacts.count < 0 || model.contacts.count > LocalContacts::capacity) return Refusal::too_many;
+RefusalReason LocalRollout::refusal(const LocalModel& model) const {
+  if (model.contacts.count < 0 || model.contacts.count > LocalContacts::capacity) return RefusalReason::too_many;
   const bool finite_parts = is_usable(model.device) && usable(model.coupling) && usable(model.correction) &&
                             is_finite(model.p_WT_result) && is_finite(model.wrench_result) && is_usable(model.patch);
-  if (!finite_parts || (model.bodies.count == bodies_ && !finite(model.bodies))) return Refusal::not_finite;
-  return is_scene(model.contacts, model.bodies, bodies_) && fits_scene(model) ? Refusal::none : Refusal::another_scene;
+  if (!finite_parts || (model.bodies.count == bodies_ && !finite(model.bodies))) return RefusalReason::not_finite;
+  return is_scene(model.contacts, model.bodies, bodies_) && fits_scene(model) ? RefusalReason::none
+                                                                              : RefusalReason::another_scene;
 }
 
 /// Whether its patch is of the bodies that deform here. A patch cannot be stepped with a massless tool.
@@ -148,7 +149,7 @@ bool LocalRollout::fits_scene(const LocalModel& model) const {
 }
 
 bool LocalRollout::restart(const LocalModel& model) {
-  if (refusal(model) != Refusal::none) return false;
+  if (refusal(model) != RefusalReason::none) return false;
   local_ = model;
   if (patch_) patch_->restart(model.patch);
   last_ = {};
@@ -156,7 +157,7 @@ bool LocalRollout::restart(const LocalModel& model) {
 }
 
 bool LocalRollout::learn(const LocalModel& model) {
-  if (refusal(model) != Refusal::none || (patch() != nullptr && model.coupling.massless != 0)) return false;
+  if (refusal(model) != RefusalReason::none || (patch() != nullptr && model.coupling.massless != 0)) return false;
   local_.coupling = model.coupling;
   local_.contacts = model.contacts;
   local_.correction = model.correction;

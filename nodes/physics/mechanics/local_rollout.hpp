@@ -45,7 +45,7 @@ class LocalRollout {
 
   /// Why the model cannot be gone on from: it counts too many contacts, is not of this scene, or has bodies, a handle,
   /// a spring, a correction, a result or a patch that are not finite or out of range.
-  [[nodiscard]] Refusal refusal(const LocalModel& model) const;
+  [[nodiscard]] RefusalReason refusal(const LocalModel& model) const;
   /// Goes on from `model.bodies` at `model.time`, with the handle as `model.device` shows it. False, and nothing
   /// changes, where the model is refused.
   bool restart(const LocalModel& model);

@@ -289,9 +289,9 @@ BOOST_AUTO_TEST_CASE(poor_samples_are_left_out_and_poor_results_send_nothing) {
   // Why, for who asks why no force came.
   const Refusals& refusals = subject.refusals();
   BOOST_TEST(refusals.came() == 6U);
-  BOOST_TEST(refusals.refused(Refusal::not_finite) == 1U);
-  BOOST_TEST(refusals.refused(Refusal::another_scene) == 1U);
-  BOOST_TEST(refusals.refused(Refusal::too_many) == 3U);
+  BOOST_TEST(refusals.refused(RefusalReason::not_finite) == 1U);
+  BOOST_TEST(refusals.refused(RefusalReason::another_scene) == 1U);
+  BOOST_TEST(refusals.refused(RefusalReason::too_many) == 3U);
   BOOST_TEST(refusals.found() == 1 << 30);
   BOOST_TEST(refusals.room() == LocalContacts::capacity);
   subject.contacts({});

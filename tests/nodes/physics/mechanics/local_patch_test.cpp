@@ -111,7 +111,7 @@ BOOST_AUTO_TEST_CASE(messages_that_cannot_be_are_refused_and_nothing_changes) {
     spoil(parts);
     const LocalModel model = on_patch(parts.made(pool));
     BOOST_TEST_CONTEXT(what) {
-      BOOST_TEST((rollout.refusal(model) != Refusal::none));
+      BOOST_TEST((rollout.refusal(model) != RefusalReason::none));
       BOOST_TEST(!rollout.restart(model));
       BOOST_TEST(!rollout.learn(model));
       BOOST_TEST((rollout.model().bodies.X_WB[0].p == before.X_WB[0].p));
