@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "framework/core/check.hpp"
@@ -20,10 +21,12 @@ std::vector<std::filesystem::path> plugin_files();
 /// check_abi if it belongs to another build.
 void* load_plugin_symbol(const std::string& file_name, const char* symbol, const std::string& without);
 
-/// The struct `Library` of functions that `entry` of such a library returns.
+/// The struct `Library` of functions that `entry` of such a library returns. Its arguments are no references: GCC 13
+/// and newer would take the result for a reference to a temporary argument, and warn.
 template <class Library>
-const Library& load_plugin(const std::string& file_name, const char* entry, const std::string& without) {
-  const auto ask = reinterpret_cast<const Library* (*)()>(load_plugin_symbol(file_name, entry, without));
+const Library& load_plugin(std::string_view file_name, const char* entry, std::string_view without) {
+  const auto ask =
+      reinterpret_cast<const Library* (*)()>(load_plugin_symbol(std::string(file_name), entry, std::string(without)));
   return *ask();
 }
 
