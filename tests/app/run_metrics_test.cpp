@@ -179,9 +179,9 @@ BOOST_FIXTURE_TEST_CASE(a_second_node_has_its_name_in_front_of_what_it_sets, Fix
                                               "beat.out -> a.in, beat.out -> b.in, beat.out -> b.more"),
                                          true);
   const std::vector<std::string> expected{
-      "b.meter.against_N", "b.meter.error_N", "b.meter.gain_N", "b.meter.late_N", "drops",
-      "fallbacks",         "meter.against_N", "meter.count",    "meter.error_N",  "meter.fine_N",
-      "meter.gain_N",      "meter.late_N",    "meter.more_N",   "refits",         "warm_from_s"};
+      "b.meter.against_N", "b.meter.error_N",   "b.meter.gain_N", "b.meter.late_N", "drops",        "fallbacks",
+      "meter.against_N",   "meter.count",       "meter.error_N",  "meter.fine_N",   "meter.gain_N", "meter.late_N",
+      "meter.more_N",      "reference.rate_hz", "refits",         "warm_from_s"};
   BOOST_TEST(names_of(metrics) == expected, tt::per_element());
   BOOST_TEST(metrics.left_out.size() == 1U);
   BOOST_TEST(metrics.left_out.at("meter.torque_Nm") == "the scene is translation-only");
