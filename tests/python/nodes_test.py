@@ -296,7 +296,8 @@ class NodesInPython(CommandTest):
                 file.write(change)
             found = subprocess.run([os.environ["TACTOR"], "check", folder + b"/wall.yaml"], capture_output=True, check=False)
             self.assertEqual(found.returncode, code, found.stderr)
-        self.assertIn(b"\xe9t\xe9/hold.py", found.stderr)
+        # Shown by the numbers of its bytes.
+        self.assertIn(b"\\xe9t\\xe9/hold.py", found.stderr)
         self.assertIn(b"ZeroDivisionError", found.stderr)
 
     def test_a_second_ctrl_c_ends_a_step_that_does_not_come_back(self):
