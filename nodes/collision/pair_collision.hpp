@@ -37,8 +37,8 @@ void declare_pairs(Declare<N>& declaration) {
               "faces lie on each other. With 0, a mesh uses all vertices, and points between them on edges longer than "
               "an eighth of the mesh's longest side. On a box or a capsule, this is the largest distance between "
               "neighbouring samples. With 0, a box takes an eighth of its longest edge, and a capsule 0.28 of its "
-              "radius. With 0, a box is also sampled no more coarsely than the smallest box or mesh that it may touch, "
-              "up to about 200,000 samples, and a mesh at most twice as coarsely as that, up to about 100,000 samples",
+              "radius. With 0, a box is also sampled no more coarsely than the smallest box it may touch, and a fixed "
+              "box no more coarsely than a moving mesh",
        .unit = "m",
        .default_value = 0,
        .min = 0,

@@ -47,18 +47,16 @@ struct Extent {
 /// it changes continuously where the first one touches.
 struct Push {
   double sum = 0;     // m
-  double rim = 0;     // m, of those at edges and corners that touch
   Vec3 force;         // m
   Vec3 torque;        // m^2, about the reference point
   Vec3 first;         // m^2, sum of push times place, from the reference point
   double second = 0;  // m^3, of push times squared distance from it
 
-  void add(const Contact& c, bool at_rim, double margin, const Vec3& reference) {
+  void add(const Contact& c, double margin, const Vec3& reference) {
     const double push = c.weight * (std::max(0.0, -c.distance) + 1e-3 * (margin - c.distance));
     // Halfway from the one body's point to the other's, so that both bodies are alike.
     const Vec3 p = c.p_WC + 0.5 * c.distance * c.n_W - reference, f = push * c.n_W;
     sum += push;
-    if (at_rim) rim += c.weight * std::max(0.0, -c.distance);
     force += f;
     torque += cross(p, f);
     first += push * p;
@@ -66,46 +64,33 @@ struct Push {
   }
 };
 
-/// 1 where all that `other` pushes is in what `leading` pushes, 0 where it is not: by the differences of force and
-/// torque, these in units of how far the contacts spread, over the sum of both. As far as its rim touches, what leads
-/// may push more: there the samples of the other end too soon, because a side is nearer to them than the face.
-double likeness(const Push& leading, const Push& other) {
-  constexpr double alike = 0.3, unlike = 0.5, rim = 0.02;
-  const double sum = leading.sum + other.sum;
+/// 1 where two sides push alike, 0 where they do not: by the differences of force and torque, these in units of how far
+/// the contacts spread, over the sum of both.
+double likeness(const Push& a, const Push& b) {
+  constexpr double alike = 0.25, unlike = 0.5;
+  const double sum = a.sum + b.sum;
   if (!(sum > 0)) return 0;
-  const double more = other.sum < leading.sum ? std::min(1.0, leading.rim / (rim * leading.sum)) : 0;
-  const double scale = more > 0 ? 1 - more * (1 - other.sum / leading.sum) : 1;
-  const Vec3 centre = (leading.first + other.first) / sum, force = scale * leading.force - other.force;
-  const Vec3 torque = scale * leading.torque - other.torque - cross(centre, force);
-  const double spread = std::sqrt(std::max(0.0, (leading.second + other.second) / sum - dot(centre, centre)));
+  const Vec3 centre = (a.first + b.first) / sum, force = a.force - b.force;
+  const Vec3 torque = a.torque - b.torque - cross(centre, force);
+  const double spread = std::sqrt(std::max(0.0, (a.second + b.second) / sum - dot(centre, centre)));
   const double difference = norm(force) / sum + (spread > 0 ? norm(torque) / (spread * sum) : 0);
   return std::clamp((unlike - difference) / (unlike - alike), 0.0, 1.0);
 }
 
-/// The contacts of a side.
-struct SideContacts {
-  std::span<const Contact> contact;
-  std::span<const std::uint64_t> key;
-  const std::vector<SurfaceSample>& samples;
-  [[nodiscard]] Push push(double margin, const Vec3& reference) const {
-    Push push;
-    for (std::size_t i = 0; i < contact.size(); ++i) {
-      push.add(contact[i], samples[sample_of(key[i])].crease >= 0, margin, reference);
-    }
-    return push;
-  }
-};
+Push push_of(std::span<const Contact> contacts, double margin, const Vec3& reference) {
+  Push push;
+  for (const Contact& c : contacts) push.add(c, margin, reference);
+  return push;
+}
 
-/// How much more of the rim is a's, from -1 to 1, as far as that side pushes all that the other one does.
-double lean_of(const Extent& a, const Extent& b, const SideContacts& by_a, const SideContacts& by_b, double margin) {
-  constexpr double little = 0.005;  // of all, where the rim begins to count
-  const auto power = [](double x) { return x * x * x; };
-  const double of_a = power(a.rim), of_b = power(b.rim);
-  const double lean = (of_a - of_b) / (of_a + of_b + power(little * (a.all + b.all)));
+/// How much more of the rim is a's, from -1 to 1, as far as both push alike.
+double lean_of(const Extent& a, const Extent& b, std::span<const Contact> by_a, std::span<const Contact> by_b,
+               double margin) {
+  constexpr double little = 0.01;  // of all, where the rim begins to count
+  const double lean = (a.rim - b.rim) / (a.rim + b.rim + little * (a.all + b.all));
   if (lean == 0) return 0;
-  const Vec3 reference = by_a.contact.front().p_WC;
-  const Push a_pushes = by_a.push(margin, reference), b_pushes = by_b.push(margin, reference);
-  return lean * (lean > 0 ? likeness(a_pushes, b_pushes) : likeness(b_pushes, a_pushes));
+  const Vec3 reference = by_a.front().p_WC;
+  return lean * likeness(push_of(by_a, margin, reference), push_of(by_b, margin, reference));
 }
 
 }  // namespace
@@ -120,8 +105,16 @@ BodyPair::BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indic
     return;
   }
   const bool one_is_round = is_round(a) != is_round(b);
-  if (!a.samples.points.empty() && !(one_is_round && is_round(b))) side_a_.emplace(a.samples.points, a.samples.radii);
-  if (!b.samples.points.empty() && !(one_is_round && is_round(a))) side_b_.emplace(b.samples.points, b.samples.radii);
+  if (!a.samples.points.empty() && !(one_is_round && is_round(b))) side_a_ = make_side(a);
+  if (!b.samples.points.empty() && !(one_is_round && is_round(a))) side_b_ = make_side(b);
+}
+
+BodyPair::Side BodyPair::make_side(const ContactBody& body) const {
+  std::vector<double> weights = body.samples.weights;
+  if (weights.empty()) {
+    for (const SurfaceSample& s : body.samples.points) weights.push_back(s.area / material_.patch_area);
+  }
+  return {SampleTree(body.samples.points, body.samples.radii), std::move(weights)};
 }
 
 bool BodyPair::may_meet(const Pose& X_WA, const Pose& X_WB) const {
@@ -158,10 +151,11 @@ Contact BodyPair::of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, doub
 /// Of the sample in that contact, all of which is known but the weight; in patches.
 double BodyPair::weight(const Contact& contact, bool from_b, std::size_t sample, const Quat& R_WK) const {
   const ContactSamples& samples = from_b ? b_.samples : a_.samples;
-  if (!samples.weights.empty()) return samples.weights[sample];
+  const std::int32_t crease = samples.points[sample].crease;
+  if (crease < 0) return (from_b ? side_b_ : side_a_)->weights[sample];
   // The normal leads from b to a.
   const Vec3 towards = rotate(inverse(R_WK), from_b ? contact.n_W : -contact.n_W);
-  return area_facing(samples, sample, towards) / material_.patch_area;
+  return area_towards(samples.creases[static_cast<std::size_t>(crease)], towards) / material_.patch_area;
 }
 
 void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const {
@@ -196,8 +190,8 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
   const Pose X_BA{rotate(to_B, X_WA.p - X_WB.p), R_BA_ ? *R_BA_ : to_B * X_WA.R};
   const Pose X_AB = inverse(X_BA);
   static const std::vector<NearSample> none;
-  const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->find(*b_.distance, X_BA, margin_, left) : none;
-  const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->find(*a_.distance, X_AB, margin_, left) : none;
+  const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_, left) : none;
+  const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_, left) : none;
   // Not all are known, and nobody asks for some.
   if (left != nullptr && *left < 0) return;
 
@@ -224,11 +218,7 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
   const std::span<Contact> by_a = std::span(found.contact).subspan(first, first_of_b - first),
                            by_b = std::span(found.contact).subspan(first_of_b);
   // Only where both sides have some is there a choice.
-  const std::span<const std::uint64_t> keys(found.key);
-  const SideContacts contacts_of_a{by_a, keys.subspan(first, by_a.size()), a_.samples.points};
-  const SideContacts contacts_of_b{by_b, keys.subspan(first_of_b), b_.samples.points};
-  const double lean =
-      by_a.empty() || by_b.empty() ? 0 : lean_of(of_a_side, of_b_side, contacts_of_a, contacts_of_b, margin_);
+  const double lean = by_a.empty() || by_b.empty() ? 0 : lean_of(of_a_side, of_b_side, by_a, by_b, margin_);
   const double part_a = (1 + lean) * of_a_side.all, part_b = (1 - lean) * of_b_side.all;
   shares_ = {part_a / (part_a + part_b), part_b / (part_a + part_b)};
   for (Contact& c : by_a) c.weight *= shares_.a;
@@ -237,7 +227,7 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
 
 std::size_t BodyPair::reserve_within(int work) {
   if (ball_) return 1;
-  return (side_a_ ? side_a_->reserve_within(work) : 0) + (side_b_ ? side_b_->reserve_within(work) : 0);
+  return (side_a_ ? side_a_->tree.reserve_within(work) : 0) + (side_b_ ? side_b_->tree.reserve_within(work) : 0);
 }
 
 Contact BodyPair::at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const {

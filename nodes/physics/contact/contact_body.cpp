@@ -39,51 +39,17 @@ Bounds shape_box(const Shape& shape) {
   return box;
 }
 
-/// About how many faces `refine` adds.
-double faces_added(const TriangleMesh& mesh, double longest_edge) {
-  double added = 0;
-  for (const auto& face : mesh.faces) {
-    const auto at = [&](std::size_t i) { return mesh.vertices[static_cast<std::size_t>(face[i % 3])]; };
-    double longest = 0;
-    for (std::size_t i = 0; i < 3; ++i) longest = std::max(longest, norm(at(i + 1) - at(i)));
-    if (longest <= longest_edge) continue;
-    // Halves of squares whose diagonal is an edge and three quarters of the longest; a row of them where it is narrow.
-    const double edge = 0.75 * longest_edge;
-    added += 2 * norm(doubled_area_normal(mesh, face)) / (edge * edge) + 2 * longest / edge;
-  }
-  return added;
-}
-
-/// The longest edge between the samples of a mesh that by itself has `own` and meets others with `others`, in m. Twice
-/// that of the others does: on a large face their rim leads, and curved meshes have no more samples than before. Long
-/// narrow faces have many samples for their area.
-double mesh_spacing(const TriangleMesh& mesh, double own, double others) {
-  constexpr double most_by_default = 2e5;
-  double spacing = std::min(own, 2 * others);
-  while (spacing < own && faces_added(mesh, spacing) > most_by_default) spacing = std::min(own, 1.25 * spacing);
-  return spacing;
-}
-
 }  // namespace
 
-double usual_spacing(const Shape& shape, const TriangleMesh& mesh) {
-  return std::holds_alternative<MeshShape>(shape) ? bounds_of(mesh).longest() / 8 : default_spacing(shape);
-}
-
-ContactBody::ContactBody(const Body& body, double given, bool sampled, double reach,
+ContactBody::ContactBody(const Body& body, double spacing, bool sampled, double reach,
                          const MakeMeshDistance& make_distance, Notes* notes)
-    : ContactBody(body, body.mesh() != nullptr ? load_body_mesh(body, notes) : TriangleMesh{},
-                  Sampling{.mesh = sampled, .given = given}, reach, make_distance) {}
-
-ContactBody::ContactBody(const Body& body, const TriangleMesh& mesh, const Sampling& sampling, double reach,
-                         const MakeMeshDistance& make_distance)
     : name(body.name), shape(body.shape), motion(body.motion), X_WB(body.X_WB), material(body.material) {
+  TriangleMesh mesh;
+  if (body.mesh() != nullptr) mesh = load_body_mesh(body, notes);
   try {
-    spacing = usual_spacing(shape, mesh);
-    if (const auto* cuboid = std::get_if<BoxShape>(&shape)) spacing = box_spacing(*cuboid, sampling.others);
     if (body.mesh() == nullptr) {
       distance = shape_distance(shape);
-      samples = about("spacing", [&] { return shape_samples(shape, sampling.given > 0 ? sampling.given : spacing); });
+      samples = about("spacing", [&] { return shape_samples(shape, spacing); });
       radius = shape_radius(shape);
       box = shape_box(shape);
       return;
@@ -93,11 +59,9 @@ ContactBody::ContactBody(const Body& body, const TriangleMesh& mesh, const Sampl
     p_BM = bounds.middle();
     for (const Vec3& v : mesh.vertices) radius = std::max(radius, norm(v - p_BM));
     distance = make_distance(mesh, reach);
-    if (!sampling.mesh) return;
-    spacing = mesh_spacing(mesh, spacing, sampling.others);
-    SurfaceSamples of_surface = sampling.given > 0
-                                    ? about("spacing", [&] { return sample_surface(mesh, sampling.given); })
-                                    : vertex_samples(refine(mesh, spacing).mesh);
+    if (!sampled) return;
+    SurfaceSamples of_surface = spacing > 0 ? about("spacing", [&] { return sample_surface(mesh, spacing); })
+                                            : vertex_samples(refine(mesh, bounds.longest() / 8).mesh);
     samples.points = std::move(of_surface.points);
     samples.creases = std::move(of_surface.creases);
   } catch (const ValueError& error) {

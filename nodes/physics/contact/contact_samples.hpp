@@ -16,12 +16,6 @@ struct ContactSamples {
   std::vector<Crease> creases;        ///< those of the points
 };
 
-/// How much of the area of sample i counts, in m^2, where what it touches lies in direction `towards` (unit, in the
-/// frame of the body). On a face it is the area as seen from there, area * max(0, normal . towards): a sample whose
-/// nearest place of the other body is that body's side pushes nothing. At a crease it is area_towards, all of it where
-/// the mean normal or that of a part is within 60 degrees of `towards`, and none where all are 90 degrees or more away.
-double area_facing(const ContactSamples& samples, std::size_t i, const Vec3& towards);
-
 /// How long an edge between samples is where a spacing of 0 leaves it to the shape: an eighth of a box's longest edge;
 /// for a capsule of radius r sqrt(0.08) r, with which the error below is no more than a hundredth of r at touch.
 double default_spacing(const Shape& shape);

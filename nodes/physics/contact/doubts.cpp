@@ -93,30 +93,6 @@ std::vector<std::string> doubts_of_spacing(std::span<const ContactBody> bodies, 
   return notes;
 }
 
-std::vector<std::string> doubts_of_count(std::span<const ContactBody> bodies, const std::vector<bool>& sampled) {
-  std::vector<std::string> notes;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    if (!sampled[i]) continue;
-    const ContactBody* smallest = nullptr;
-    for (std::size_t k = 0; k < bodies.size(); ++k) {
-      const ContactBody& other = bodies[k];
-      const bool meet = k != i && (bodies[i].motion != Motion::fixed || other.motion != Motion::fixed);
-      const bool has_faces =
-          std::holds_alternative<BoxShape>(other.shape) || std::holds_alternative<MeshShape>(other.shape);
-      if (!meet || !has_faces) continue;
-      if (smallest == nullptr || other.box.longest() < smallest->box.longest()) smallest = &other;
-    }
-    if (smallest == nullptr || !(bodies[i].spacing > smallest->box.longest() / 2 * (1 + 1e-9))) continue;
-    notes.push_back("body '" + bodies[i].name +
-                    "': warning: it has as many contact samples as it gets by default, and " + "they are " +
-                    length(bodies[i].spacing) + " apart; the body '" + smallest->name + "' is only " +
-                    length(smallest->box.longest()) + " long: how hard they press may depend on the place; make '" +
-                    bodies[i].name + "' smaller, of what can be touched, or give collision a spacing of at most " +
-                    length(smallest->box.longest() / 4));
-  }
-  return notes;
-}
-
 std::vector<std::string> doubts_of_path(std::span<const ContactBody> bodies, const HandPath& hand) {
   std::vector<std::string> notes;
   const ContactBody& tool = bodies.front();

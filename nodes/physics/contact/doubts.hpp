@@ -16,10 +16,6 @@ namespace tactor {
 std::vector<std::string> doubts_of_spacing(std::span<const ContactBody> bodies, const std::vector<bool>& sampled,
                                            double spacing);
 
-/// Bodies with so large a surface that by default their samples are farther apart than half the longest side of the
-/// smallest box or mesh that they may meet. `sampled` as above.
-std::vector<std::string> doubts_of_count(std::span<const ContactBody> bodies, const std::vector<bool>& sampled);
-
 /// Where the hand leads the tool, bodies[0]: where nothing else moves, nowhere near any body, by a sphere about the
 /// tool and boxes about the others; and farther from all of them than a hundred times the longest of them.
 std::vector<std::string> doubts_of_path(std::span<const ContactBody> bodies, const HandPath& hand);

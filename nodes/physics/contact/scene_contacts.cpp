@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 
 #include "nodes/physics/contact/doubts.hpp"
 #include "nodes/physics/contact/moved_on.hpp"
@@ -34,16 +33,22 @@ double reach_to(const Body& body, const Scene& scene, double margin) {
   return largest + margin;
 }
 
-/// The finest spacing that the bodies which this one may meet have by themselves, m; 0 in `usual`: none.
-double finest_met(std::size_t body, const Scene& scene, const std::vector<double>& usual) {
-  double finest = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const Body& other = scene.bodies[i];
-    // The balls of a capsule stand for both sides.
-    const bool has_samples = other.mesh() != nullptr || std::holds_alternative<BoxShape>(other.shape);
-    if (has_samples && is_pair(scene.bodies[body], other)) finest = std::min(finest, usual[i]);
+/// The spacing of a body's samples where none is given (0: that of its shape): of a box, not coarser than that of the
+/// boxes that it may meet; of a fixed one, nor than that of the moving meshes, which are in `made`.
+double spacing_by_default(const Body& body, const Scene& scene, const std::vector<ContactBody>& made) {
+  const auto* box = std::get_if<BoxShape>(&body.shape);
+  if (box == nullptr) return 0;
+  double finest = default_spacing(*box);
+  for (const Body& other : scene.bodies) {
+    if (!is_pair(body, other)) continue;
+    if (std::holds_alternative<BoxShape>(other.shape)) finest = std::min(finest, default_spacing(other.shape));
+    // All that move have been made when the first fixed body is.
+    if (other.mesh() == nullptr || body.motion != Motion::fixed) continue;
+    const auto known =
+        std::find_if(made.begin(), made.end(), [&](const ContactBody& b) { return b.name == other.name; });
+    if (known != made.end()) finest = std::min(finest, known->box.longest() / 8);
   }
-  return finest;
+  return box_spacing(*box, finest);
 }
 
 /// Whether a mesh of this body needs samples: those of spheres and capsules stand for both sides.
@@ -78,21 +83,14 @@ SceneContacts::SceneContacts(const Scene& scene, const ContactOptions& options, 
       local_reduction_(options.local_contacts, usual_contacts) {
   const std::vector<std::size_t> moving = scene.moving();
   bodies_.reserve(scene.bodies.size());  // pairs refer to them
-  std::vector<TriangleMesh> mesh(scene.bodies.size());
-  std::vector<double> usual;
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    const Body& body = scene.bodies[i];
-    if (body.motion != Motion::deformable && body.mesh() != nullptr) mesh[i] = load_body_mesh(body, notes);
-    usual.push_back(usual_spacing(body.shape, mesh[i]));
-  }
-  const auto add = [&](std::size_t i) {
-    const Body& body = scene.bodies[i];
-    const Sampling sampling{is_sampled(body, scene), options.spacing, finest_met(i, scene, usual)};
-    bodies_.emplace_back(body, mesh[i], sampling, reach_to(body, scene, options.margin), make_distance);
+  const auto add = [&](const Body& body) {
+    const double spacing = options.spacing > 0 ? options.spacing : spacing_by_default(body, scene, bodies_);
+    bodies_.emplace_back(body, spacing, is_sampled(body, scene), reach_to(body, scene, options.margin), make_distance,
+                         notes);
   };
-  for (const std::size_t i : moving) add(i);
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    if (scene.bodies[i].motion == Motion::fixed) add(i);
+  for (const std::size_t i : moving) add(scene.bodies[i]);
+  for (const Body& body : scene.bodies) {
+    if (body.motion == Motion::fixed) add(body);
   }
   for (std::size_t a = 0; a < moving.size(); ++a) {
     for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
@@ -121,7 +119,7 @@ void SceneContacts::tell_doubts(const Scene& scene, double spacing, const HandPa
     const auto same = [&body](const Body& b) { return b.name == body.name; };
     spaced.push_back(is_spaced(*std::find_if(scene.bodies.begin(), scene.bodies.end(), same), scene));
   }
-  tell(spacing > 0 ? doubts_of_spacing(bodies_, spaced, spacing) : doubts_of_count(bodies_, spaced));
+  tell(doubts_of_spacing(bodies_, spaced, spacing));
   if (hand != nullptr) tell(doubts_of_path(bodies_, *hand));
   for (const Entry& entry : pairs_) {
     // Where the tool starts, the hand alone tells.

@@ -105,21 +105,3 @@ BOOST_AUTO_TEST_CASE(a_spacing_beyond_a_quarter_of_a_body_is_told) {
   // A ball has one sample, whatever the spacing.
   BOOST_TEST(told({wall, tool}, nullptr, 0.5).empty());
 }
-
-BOOST_AUTO_TEST_CASE(a_body_too_large_to_be_sampled_as_finely_as_a_small_one_asks_is_told_with_what_helps) {
-  const Body cube = at(shaped("cube", BoxShape{{0.004, 0.004, 0.004}}, Motion::translation), {0, 0, 0.06});
-  const Body hall = shaped("hall", BoxShape{{3, 3, 0.1}}), mesh_hall = mesh_body("hall", test::box({3, 3, 0.1}));
-  for (const Body& floor : {hall, mesh_hall}) {
-    const std::vector<std::string> notes = told({floor, cube}, nullptr);
-    BOOST_REQUIRE(!notes.empty());
-    BOOST_TEST(has(notes, "body 'hall': warning: it has as many contact samples as it gets by default"), notes[0]);
-    BOOST_TEST(has(notes, "the body 'cube' is only 4 mm long"), notes[0]);
-    BOOST_TEST(has(notes, "give collision a spacing of at most 1 mm"), notes[0]);
-  }
-  // By the lattice of a box: sqrt(19.2 m^2 / 200,000).
-  BOOST_TEST(has(told({hall, cube}, nullptr), "they are 9.8 mm apart"));
-  // What is small enough, what meets balls alone, and what has a spacing of its own is not told of.
-  BOOST_TEST(told({shaped("plate", BoxShape{{0.1, 0.1, 0.02}}), cube}, nullptr).empty());
-  BOOST_TEST(!has(told({mesh_body("plate", test::box({0.1, 0.1, 0.02})), cube}, nullptr), "contact samples"));
-  BOOST_TEST(told({hall, at(tool, {0, 0, 0.06})}, nullptr).empty());
-}
