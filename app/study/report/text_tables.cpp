@@ -53,7 +53,7 @@ std::string judged_text(const Comparison& comparison) {
     std::string found;
     if (row.never_touches() && comparison.rows[row.against].never_touches()) found = ": not tested, nothing touches";
     if (!row.too_coarse.empty() || !comparison.rows[row.against].too_coarse.empty()) {
-      found = ": not ranked, the reference is no finer than the run";
+      found = ": delivered not compared, the reference is no finer than the run";
     }
     const auto add = [&](const std::string& text) { found += (found.empty() ? ": " : "; ") + text; };
     if (row.one_step_anova) {

@@ -502,8 +502,7 @@ Json to_json(const Comparison& comparison) {
 bool is_compared(const Comparison& comparison, std::size_t row) {
   const CompareRow& mine = comparison.rows[row];
   const CompareRow& other = comparison.rows[mine.against];
-  return mine.against != row && mine.too_coarse.empty() && other.too_coarse.empty() &&
-         !(mine.never_touches() && other.never_touches());
+  return mine.against != row && !(mine.never_touches() && other.never_touches());
 }
 
 std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row) {

@@ -116,8 +116,9 @@ nlohmann::ordered_json to_json(const Comparison& comparison, const CompareRow& r
 std::string failures_text(const Comparison& comparison);
 std::string word_of(RunStatus status);
 
-/// Whether the row is tested against the row `against`: it is another, either of them touches something, and both have
-/// a truth that is finer than their runs.
+/// Whether the row is tested against the row `against`: it is another, and either of them touches something. Runs
+/// without a truth that is finer than they are have no delivered error, and are compared by their one-step errors
+/// alone.
 bool is_compared(const Comparison& comparison, std::size_t row);
 
 /// Of how many seeds the row and what it is compared with are both done.

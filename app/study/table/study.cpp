@@ -27,11 +27,10 @@ std::vector<bool> judged_seeds(const Comparison& comparison, std::size_t row) {
 }
 
 /// For these seeds the logarithm of the metric's ratio to that of the row it is compared with; none where a value is
-/// not above zero, or where one of the rows has no truth that is finer than its runs.
+/// not above zero.
 std::vector<double> row_logs(const Comparison& comparison, std::size_t row, std::string_view metric,
                              const std::vector<bool>& seeds) {
   const CompareRow& mine = comparison.rows[row];
-  if (!mine.too_coarse.empty() || !comparison.rows[mine.against].too_coarse.empty()) return {};
   const std::span<const double> a = comparison.rows[mine.against].metric(metric, comparison.columns);
   const std::span<const double> b = mine.metric(metric, comparison.columns);
   std::vector<double> logs;
