@@ -60,13 +60,6 @@ class Upstream {
 
  private:
   static std::string reasons(const Refusals& refusals) {
-    static constexpr std::array<const char*, refusal_count> words{"",
-                                                                  "not finite",
-                                                                  "",
-                                                                  "of another scene",
-                                                                  "not complete",
-                                                                  "no newer than one before",
-                                                                  "its step did not converge"};
     std::string text;
     for (std::size_t r = 1; r < refusal_count; ++r) {
       const auto why = static_cast<RefusalReason>(r);
@@ -75,7 +68,7 @@ class Upstream {
       if (refusals.refused(why) < refusals.refused()) text += fmt::format("{} ", refusals.refused(why));
       text += why == RefusalReason::too_many
                   ? fmt::format("{} {} in an array of {}", refusals.found(), refusals.items(), refusals.room())
-                  : words[r];
+                  : std::string(refusal_words[r]);
     }
     return text;
   }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 namespace tactor {
 
@@ -17,7 +18,11 @@ enum class RefusalReason : std::uint8_t {
   late,           ///< it is no newer than one before
   unsolved,       ///< the step from it on did not converge
 };
-inline constexpr std::size_t refusal_count = 7;
+/// In words, by reason. Of too_many the numbers are told.
+inline constexpr auto refusal_words =
+    std::to_array<std::string_view>({"", "not finite", "", "of another scene", "not complete",
+                                     "no newer than one before", "its step did not converge"});
+inline constexpr std::size_t refusal_count = refusal_words.size();
 
 /// The messages of one kind that came to a node, and why it refused some. Allocates nothing.
 class Refusals {

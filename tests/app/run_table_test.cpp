@@ -34,6 +34,8 @@ RunRecord record(std::size_t number) {
   r.result.chosen = {{"collision", "collision.auto", "collision.sdf", "it is a mesh"}};
   r.result.left_out = {{"torque", "nothing turns"}};
   r.result.reference.too_coarse = "node slow steps at 60 Hz in both";
+  r.result.devices = 1;
+  r.result.no_force = {{"device", NoForceReason::dead_man, 200, 200, "button 1 was never held"}};
   return r;
 }
 
@@ -85,6 +87,10 @@ BOOST_AUTO_TEST_CASE(runs_are_read_as_they_were_added) {
   BOOST_TEST(whole.result.chosen[0].why == "it is a mesh");
   BOOST_TEST(whole.result.left_out[0].what == "torque");
   BOOST_TEST(whole.result.reference.too_coarse == "node slow steps at 60 Hz in both");
+  BOOST_TEST(whole.result.force_was_withheld());
+  BOOST_CHECK(whole.result.no_force[0].reason == NoForceReason::dead_man);
+  BOOST_TEST(whole.result.no_force[0].of == 200U);
+  BOOST_TEST(whole.result.no_force[0].text == "button 1 was never held");
 }
 
 BOOST_AUTO_TEST_CASE(a_killed_writer_loses_nothing_that_was_added) {

@@ -74,6 +74,8 @@ BOOST_AUTO_TEST_CASE(metrics_of_a_run_keep_every_bit) {
   record.result.chosen.push_back({"a", "b", "c", "d"});
   record.result.left_out.push_back({"what", "why"});
   record.result.reference.too_coarse = "too slow";
+  record.result.devices = 2;
+  record.result.no_force.push_back({"device", NoForceReason::line, 7, 8, "none"});
   const auto got = from_message<RunAnswer>(to_message(answer));
   BOOST_REQUIRE(got.record.has_value());
   const RunResult& result = got.record->result;
@@ -95,6 +97,9 @@ BOOST_AUTO_TEST_CASE(metrics_of_a_run_keep_every_bit) {
   BOOST_TEST(result.chosen[0].why == "d");
   BOOST_TEST(result.left_out[0].what == "what");
   BOOST_TEST(result.reference.too_coarse == "too slow");
+  BOOST_TEST(result.devices == 2U);
+  BOOST_TEST((result.no_force[0].reason == NoForceReason::line));
+  BOOST_TEST(result.no_force[0].text == "none");
   BOOST_TEST(got.cost.waited_for_core_s == 0.5);
   BOOST_TEST(!from_message<RunAnswer>(to_message(RunAnswer{})).record.has_value());
 }

@@ -69,6 +69,15 @@ class OnASimulatedDevice(CommandTest):
         self.assertIn(summary.get("no_force", [{"reason": "no_contact"}])[0]["reason"], ("no_contact", "not_asked"))
         self.assertEqual(summary["stability"]["verdict_name"], "stable")
 
+    def test_a_study_names_the_rows_without_a_force(self):
+        study = self.write("study.yaml", f"graphs: [{WALL}]\nseeds: 2\nduration: 1 s\njudge: whole\nvary: {{device.force_max: [0 N, 3 N]}}\n")
+        result = self.run_ok("study", study, "--out", self.folder / "study")
+        says = r"force_max=0 N: no force: the largest force is 0 N at \d+ of \d+ ticks that asked for one, in 2 of 2 runs"
+        told = json.loads((self.folder / "study/study.json").read_text())["warnings"]
+        self.assertEqual(len([warning for warning in told if "no force" in warning]), 1, told)
+        self.assertRegex(" ".join(result.stdout.split()), says)
+        self.assertRegex((self.folder / "study/report.html").read_text(), says)
+
     def test_it_has_no_buttons(self):
         result = tactor("check", WALL, "--set", "device.dead_man_button=1", environment=self.environment)
         self.assertEqual(result.returncode, 2)

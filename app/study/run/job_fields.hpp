@@ -62,9 +62,13 @@ void fields(auto& bytes, SameAs<Chosen> auto& chosen) {
 void fields(auto& bytes, SameAs<LeftOut> auto& left_out) {
   bytes(left_out.what, left_out.why);
 }
+void fields(auto& bytes, SameAs<NoForce> auto& no_force) {
+  bytes(no_force.device, no_force.reason, no_force.count, no_force.of, no_force.text);
+}
 void fields(auto& bytes, SameAs<RunResult> auto& result) {
   bytes(result.title, result.duration_s, result.cpu_s, result.wall_s, result.peak_memory_MB, result.metrics,
-        result.declared, result.series, result.nodes, result.chosen, result.left_out, result.reference.too_coarse);
+        result.declared, result.series, result.nodes, result.chosen, result.left_out, result.reference.too_coarse,
+        result.devices, result.no_force);
 }
 void fields(auto& bytes, SameAs<RanOn> auto& machine) {
   bytes(machine.node, machine.processor, machine.c_library);

@@ -129,6 +129,9 @@ std::string more_of(const RunResult& result) {
   for (const Chosen& c : result.chosen) json["chosen"].push_back({c.node, c.asked, c.type, c.why});
   for (const LeftOut& l : result.left_out) json["left_out"].push_back({l.what, l.why});
   if (!result.reference.too_coarse.empty()) json["reference_too_coarse"] = result.reference.too_coarse;
+  json["devices"] = result.devices;
+  json["no_force"] = Json::array();
+  for (const NoForce& n : result.no_force) json["no_force"].push_back({n.device, n.reason, n.count, n.of, n.text});
   return json.dump();
 }
 
@@ -138,6 +141,8 @@ void read_more(const std::string& text, RunResult& result) {
   for (const Json& c : json["chosen"]) result.chosen.push_back({c[0], c[1], c[2], c[3]});
   for (const Json& l : json["left_out"]) result.left_out.push_back({l[0], l[1]});
   result.reference.too_coarse = json.value("reference_too_coarse", "");
+  result.devices = json.value("devices", std::size_t{0});
+  for (const Json& n : json.value("no_force", Json::array())) result.no_force.push_back({n[0], n[1], n[2], n[3], n[4]});
 }
 
 }  // namespace

@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
 
 #include "app/report/html_page.hpp"
+#include "app/run/headline.hpp"
 #include "app/study/plan/run_case.hpp"
 
 namespace tactor {
@@ -50,6 +52,19 @@ std::vector<std::string> coarse_warnings(const Comparison& comparison) {
   return warnings;
 }
 
+/// The rows of which a run let no force reach any device, each with the first reason.
+std::vector<std::string> no_force_warnings(const Comparison& comparison) {
+  std::vector<std::string> warnings;
+  for (const CompareRow& row : comparison.rows) {
+    const auto count = std::count_if(row.runs.begin(), row.runs.end(), std::mem_fn(&RunResult::force_was_withheld));
+    if (count == 0) continue;
+    const auto first = std::find_if(row.runs.begin(), row.runs.end(), std::mem_fn(&RunResult::force_was_withheld));
+    warnings.push_back(fmt::format("{}: {}, in {} of {} runs", case_name(row.graph, row.configuration),
+                                   no_force_text(*first), count, row.runs.size()));
+  }
+  return warnings;
+}
+
 /// The rows whose seeds are copies of one run; empty where there is none.
 std::string copies_warning(const Comparison& comparison) {
   std::vector<std::string> names;
@@ -75,6 +90,7 @@ std::vector<std::string> comparison_warnings(const Comparison& comparison) {
     if (!row.unlike.empty()) warnings.push_back(name + ": " + row.unlike);
     if (row.never_touches()) untouched.push_back(name);
   }
+  for (std::string& warning : no_force_warnings(comparison)) warnings.push_back(std::move(warning));
   for (std::string& warning : coarse_warnings(comparison)) warnings.push_back(std::move(warning));
   const std::string copies = copies_warning(comparison);
   if (!copies.empty()) warnings.push_back(copies);
