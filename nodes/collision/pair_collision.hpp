@@ -37,8 +37,7 @@ void declare_pairs(Declare<N>& declaration) {
               "faces lie on each other. With 0, a mesh uses all vertices, and points between them on edges longer than "
               "an eighth of the mesh's longest side. On a box or a capsule, this is the largest distance between "
               "neighbouring samples. With 0, a box takes an eighth of its longest edge, and a capsule 0.28 of its "
-              "radius. With 0, a box is also sampled no more coarsely than the smallest box it may touch, and a fixed "
-              "box no more coarsely than a moving mesh",
+              "radius. Where both bodies have samples, those of the finer one count",
        .unit = "m",
        .default_value = 0,
        .min = 0,

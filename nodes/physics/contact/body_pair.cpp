@@ -36,27 +36,53 @@ std::array<double, 6> turned(const Quat& R, const Eigen::Matrix3d& H) {
 /// Sums over a side's samples of weight * (margin - distance), in m.
 struct Extent {
   double all = 0;
-  double rim = 0;  // of those at edges and corners
-  void add(double extent, bool at_rim) {
+  double rim = 0;      // of those at edges and corners
+  double coarse = 0;   // each times its weight
+  double nearest = 0;  // m, the largest margin - distance
+  void add(double weight, double within, bool at_rim) {
+    const double extent = weight * within;
     all += extent;
+    coarse += weight * extent;
     if (at_rim) rim += extent;
+    nearest = std::max(nearest, within);
   }
 };
+
+double cube(double x) {
+  return x * x * x;
+}
+
+/// How many times finer a is sampled than b, by the mean weight of a sample. Both have some.
+double fineness_of(const Extent& a, const Extent& b) {
+  return b.coarse / b.all / (a.coarse / a.all);
+}
+
+/// How much a is preferred because it is sampled more finely, from -1 to 1, as far as the finer side is as deep as the
+/// other: a spike between the samples of a fine face is felt by its own.
+double preference_of(const Extent& a, const Extent& b, double margin) {
+  constexpr double slack = 2.5e-5;  // m, near touch
+  const double finer = cube(fineness_of(a, b)), preference = (finer - 1) / (finer + 1);
+  const Extent &fine = preference > 0 ? a : b, &coarse = preference > 0 ? b : a;
+  const double missed = coarse.nearest - fine.nearest, deep = std::max(0.0, coarse.nearest - margin);
+  return preference * std::clamp(1.5 - missed / (0.5 * deep + 2 * slack), 0.0, 1.0);
+}
 
 /// What one side's contacts push with at rest, in units of stiffness; those that do not touch count a little, so that
 /// it changes continuously where the first one touches.
 struct Push {
   double sum = 0;     // m
+  double rim = 0;     // m, of those at edges and corners that touch
   Vec3 force;         // m
   Vec3 torque;        // m^2, about the reference point
   Vec3 first;         // m^2, sum of push times place, from the reference point
   double second = 0;  // m^3, of push times squared distance from it
 
-  void add(const Contact& c, double margin, const Vec3& reference) {
+  void add(const Contact& c, bool at_rim, double margin, const Vec3& reference) {
     const double push = c.weight * (std::max(0.0, -c.distance) + 1e-3 * (margin - c.distance));
     // Halfway from the one body's point to the other's, so that both bodies are alike.
     const Vec3 p = c.p_WC + 0.5 * c.distance * c.n_W - reference, f = push * c.n_W;
     sum += push;
+    if (at_rim) rim += c.weight * std::max(0.0, -c.distance);
     force += f;
     torque += cross(p, f);
     first += push * p;
@@ -64,33 +90,48 @@ struct Push {
   }
 };
 
-/// 1 where two sides push alike, 0 where they do not: by the differences of force and torque, these in units of how far
-/// the contacts spread, over the sum of both.
-double likeness(const Push& a, const Push& b) {
-  constexpr double alike = 0.25, unlike = 0.5;
-  const double sum = a.sum + b.sum;
+/// 1 where all that `other` pushes is in what `leading` pushes, 0 where it is not: by the differences of force and
+/// torque, these in units of how far the contacts spread, over the sum of both. As far as its rim touches, what leads
+/// may push more: there the samples of the other end too soon, because a side is nearer to them than the face.
+double likeness(const Push& leading, const Push& other) {
+  constexpr double alike = 0.3, unlike = 0.5, rim = 0.02;
+  const double sum = leading.sum + other.sum;
   if (!(sum > 0)) return 0;
-  const Vec3 centre = (a.first + b.first) / sum, force = a.force - b.force;
-  const Vec3 torque = a.torque - b.torque - cross(centre, force);
-  const double spread = std::sqrt(std::max(0.0, (a.second + b.second) / sum - dot(centre, centre)));
+  const double more = other.sum < leading.sum ? std::min(1.0, leading.rim / (rim * leading.sum)) : 0;
+  const double scale = more > 0 ? 1 - more * (1 - other.sum / leading.sum) : 1;
+  const Vec3 centre = (leading.first + other.first) / sum, force = scale * leading.force - other.force;
+  const Vec3 torque = scale * leading.torque - other.torque - cross(centre, force);
+  const double spread = std::sqrt(std::max(0.0, (leading.second + other.second) / sum - dot(centre, centre)));
   const double difference = norm(force) / sum + (spread > 0 ? norm(torque) / (spread * sum) : 0);
   return std::clamp((unlike - difference) / (unlike - alike), 0.0, 1.0);
 }
 
-Push push_of(std::span<const Contact> contacts, double margin, const Vec3& reference) {
-  Push push;
-  for (const Contact& c : contacts) push.add(c, margin, reference);
-  return push;
-}
+/// The contacts of a side.
+struct SideContacts {
+  std::span<const Contact> contact;
+  std::span<const std::uint64_t> key;
+  const std::vector<SurfaceSample>& samples;
+  [[nodiscard]] Push push(double margin, const Vec3& reference) const {
+    Push push;
+    for (std::size_t i = 0; i < contact.size(); ++i) {
+      push.add(contact[i], samples[sample_of(key[i])].crease >= 0, margin, reference);
+    }
+    return push;
+  }
+};
 
-/// How much more of the rim is a's, from -1 to 1, as far as both push alike.
-double lean_of(const Extent& a, const Extent& b, std::span<const Contact> by_a, std::span<const Contact> by_b,
-               double margin) {
-  constexpr double little = 0.01;  // of all, where the rim begins to count
-  const double lean = (a.rim - b.rim) / (a.rim + b.rim + little * (a.all + b.all));
+/// How much more of the rim is a's, from -1 to 1, as far as that side pushes all that the other one does.
+double lean_of(const Extent& a, const Extent& b, const SideContacts& by_a, const SideContacts& by_b, double margin) {
+  constexpr double little = 0.005;  // of all, where the rim begins to count
+  const double rim_a = cube(a.rim), rim_b = cube(b.rim), rest = cube(little * (a.all + b.all));
+  const double finer = cube(fineness_of(a, b));
+  const double of_a = rim_a > 0 ? rim_a / (rim_a + rim_b / finer + rest) : 0;
+  const double of_b = rim_b > 0 ? rim_b / (rim_b + rim_a * finer + rest) : 0;
+  const double lean = of_a - of_b;
   if (lean == 0) return 0;
-  const Vec3 reference = by_a.front().p_WC;
-  return lean * likeness(push_of(by_a, margin, reference), push_of(by_b, margin, reference));
+  const Vec3 reference = by_a.contact.front().p_WC;
+  const Push a_pushes = by_a.push(margin, reference), b_pushes = by_b.push(margin, reference);
+  return lean * (lean > 0 ? likeness(a_pushes, b_pushes) : likeness(b_pushes, a_pushes));
 }
 
 }  // namespace
@@ -105,16 +146,8 @@ BodyPair::BodyPair(const ContactBody& a, const ContactBody& b, ContactPair indic
     return;
   }
   const bool one_is_round = is_round(a) != is_round(b);
-  if (!a.samples.points.empty() && !(one_is_round && is_round(b))) side_a_ = make_side(a);
-  if (!b.samples.points.empty() && !(one_is_round && is_round(a))) side_b_ = make_side(b);
-}
-
-BodyPair::Side BodyPair::make_side(const ContactBody& body) const {
-  std::vector<double> weights = body.samples.weights;
-  if (weights.empty()) {
-    for (const SurfaceSample& s : body.samples.points) weights.push_back(s.area / material_.patch_area);
-  }
-  return {SampleTree(body.samples.points, body.samples.radii), std::move(weights)};
+  if (!a.samples.points.empty() && !(one_is_round && is_round(b))) side_a_.emplace(a.samples.points, a.samples.radii);
+  if (!b.samples.points.empty() && !(one_is_round && is_round(a))) side_b_.emplace(b.samples.points, b.samples.radii);
 }
 
 bool BodyPair::may_meet(const Pose& X_WA, const Pose& X_WB) const {
@@ -151,13 +184,13 @@ Contact BodyPair::of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, doub
 /// Of the sample in that contact, all of which is known but the weight; in patches.
 double BodyPair::weight(const Contact& contact, bool from_b, std::size_t sample, const Quat& R_WK) const {
   const ContactSamples& samples = from_b ? b_.samples : a_.samples;
-  const std::int32_t crease = samples.points[sample].crease;
-  if (crease < 0) return (from_b ? side_b_ : side_a_)->weights[sample];
+  if (!samples.weights.empty()) return samples.weights[sample];
   // The normal leads from b to a.
   const Vec3 towards = rotate(inverse(R_WK), from_b ? contact.n_W : -contact.n_W);
-  return area_towards(samples.creases[static_cast<std::size_t>(crease)], towards) / material_.patch_area;
+  return area_facing(samples, sample, towards) / material_.patch_area;
 }
 
+/// A sample that faces away from what it meets makes no contact.
 void BodyPair::add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const {
   contact.weight = weight;
   found.contact.push_back(contact);
@@ -190,36 +223,44 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
   const Pose X_BA{rotate(to_B, X_WA.p - X_WB.p), R_BA_ ? *R_BA_ : to_B * X_WA.R};
   const Pose X_AB = inverse(X_BA);
   static const std::vector<NearSample> none;
-  const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->tree.find(*b_.distance, X_BA, margin_, left) : none;
-  const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->tree.find(*a_.distance, X_AB, margin_, left) : none;
+  const std::vector<NearSample>& of_side_a = side_a_ ? side_a_->find(*b_.distance, X_BA, margin_, left) : none;
+  const std::vector<NearSample>& of_side_b = side_b_ ? side_b_->find(*a_.distance, X_AB, margin_, left) : none;
   // Not all are known, and nobody asks for some.
   if (left != nullptr && *left < 0) return;
 
+  const auto add_side = [&](const std::vector<NearSample>& near, bool from_b) {
+    Extent extent;
+    const ContactBody& body = from_b ? b_ : a_;
+    for (const NearSample& n : near) {
+      const auto i = static_cast<std::size_t>(n.sample);
+      const SurfaceSample& sample = body.samples.points[i];
+      const double radius = sample_radius(body, i);
+      const Contact c = from_b ? of_b(X_WA, X_WB, sample.p, radius, n.nearest, transform(X_AB, sample.p))
+                               : of_a(X_WA, X_WB, sample.p, radius, n.nearest, transform(X_BA, sample.p));
+      const double w = weight(c, from_b, i, from_b ? X_WB.R : X_WA.R);
+      if (!(w > 0)) continue;
+      extent.add(w, margin_ - n.distance, sample.crease >= 0);
+      add(c, w, from_b, i, found);
+    }
+    return extent;
+  };
   const std::size_t first = found.contact.size();
-  Extent of_a_side, of_b_side;
-  for (const NearSample& n : of_side_a) {
-    const auto i = static_cast<std::size_t>(n.sample);
-    const Vec3& p_A = a_.samples.points[i].p;
-    const Contact c = of_a(X_WA, X_WB, p_A, sample_radius(a_, i), n.nearest, transform(X_BA, p_A));
-    const double w = weight(c, false, i, X_WA.R);
-    of_a_side.add(w * (margin_ - n.distance), a_.samples.points[i].crease >= 0);
-    add(c, w, false, i, found);
-  }
+  const Extent of_a_side = add_side(of_side_a, false);
   const std::size_t first_of_b = found.contact.size();
-  for (const NearSample& n : of_side_b) {
-    const auto i = static_cast<std::size_t>(n.sample);
-    const Vec3& p_B = b_.samples.points[i].p;
-    const Contact c = of_b(X_WA, X_WB, p_B, sample_radius(b_, i), n.nearest, transform(X_AB, p_B));
-    const double w = weight(c, true, i, X_WB.R);
-    of_b_side.add(w * (margin_ - n.distance), b_.samples.points[i].crease >= 0);
-    add(c, w, true, i, found);
-  }
+  const Extent of_b_side = add_side(of_side_b, true);
   if (of_a_side.all + of_b_side.all <= 0) return found.shorten(first);
   const std::span<Contact> by_a = std::span(found.contact).subspan(first, first_of_b - first),
                            by_b = std::span(found.contact).subspan(first_of_b);
-  // Only where both sides have some is there a choice.
-  const double lean = by_a.empty() || by_b.empty() ? 0 : lean_of(of_a_side, of_b_side, by_a, by_b, margin_);
-  const double part_a = (1 + lean) * of_a_side.all, part_b = (1 - lean) * of_b_side.all;
+  double part_a = of_a_side.all, part_b = of_b_side.all;
+  // Only where both sides have some is there a choice. What capsules weigh is no area.
+  if (part_a > 0 && part_b > 0 && a_.samples.weights.empty()) {
+    const std::span<const std::uint64_t> keys(found.key);
+    const double lean = lean_of(of_a_side, of_b_side, {by_a, keys.subspan(first, by_a.size()), a_.samples.points},
+                                {by_b, keys.subspan(first_of_b), b_.samples.points}, margin_);
+    const double chosen = lean + (1 - std::abs(lean)) * preference_of(of_a_side, of_b_side, margin_);
+    part_a *= 1 + chosen;
+    part_b *= 1 - chosen;
+  }
   shares_ = {part_a / (part_a + part_b), part_b / (part_a + part_b)};
   for (Contact& c : by_a) c.weight *= shares_.a;
   for (Contact& c : by_b) c.weight *= shares_.b;
@@ -227,7 +268,7 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
 
 std::size_t BodyPair::reserve_within(int work) {
   if (ball_) return 1;
-  return (side_a_ ? side_a_->tree.reserve_within(work) : 0) + (side_b_ ? side_b_->tree.reserve_within(work) : 0);
+  return (side_a_ ? side_a_->reserve_within(work) : 0) + (side_b_ ? side_b_->reserve_within(work) : 0);
 }
 
 Contact BodyPair::at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const {

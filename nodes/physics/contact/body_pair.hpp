@@ -16,25 +16,35 @@ namespace tactor {
 ///   sphere with any      the sphere's centre, whose distance less the radius is exact: one contact of weight 1;
 ///   capsule with others  the capsule's balls;
 ///   all else             both bodies' samples (a plane has none): capsule with capsule, boxes and meshes.
-/// The weight of a sample is its area over the patch area of the material, or what ContactSamples counts. At an edge or
-/// a corner the area is that of faces that face different ways; of it counts what faces the other body (area_towards),
-/// which lies against the contact's normal where the sample is of a, along it where it is of b. So a box that lies on a
-/// face is pushed by the area of that face. Where both sides have samples,
+/// The weight of a sample is its area over the patch area of the material, as far as it faces the other body
+/// (area_facing), which lies against the contact's normal where the sample is of a, along it where it is of b; or what
+/// ContactSamples counts. So a box that lies on a face is pushed by the area of that face, and a sample of a wall that
+/// is nearest to a side of the box pushes nothing: it makes no contact. Where both sides have samples,
 ///   weight = share * weight of the sample,
-/// with shares that sum to 1, in proportion to (1 + lean) e of a and (1 - lean) e of b, where e = sum(weight * (margin
-/// - distance)) over the samples of the side: about one half each where both are finely sampled, nearly 1 for the side
-/// that alone has samples there. They change continuously as samples come and go.
+/// with shares that sum to 1, in proportion to (1 + c) e of a and (1 - c) e of b, where e = sum(weight * (margin -
+/// distance)) over the samples of the side, and c = lean + (1 - |lean|) preference. They change continuously as samples
+/// come and go.
+///
+/// The finer side is preferred. A sample of a large triangle stands for more than a small tool covers, and is below it
+/// or is not. With A the mean weight of a side's samples (each counts by its part of e) and f = A_b / A_a,
+///   preference = (f^3 - 1) / (f^3 + 1)
+/// as far as the finer side is as deep as the other: all of it where its deepest sample lacks at most a quarter of the
+/// other's depth and 25 um, none where it lacks three times as much. The error that the coarse side then leaves in a
+/// face of n fine samples is of the order of 1 / (f n^2).
 ///
 /// Where a small face lies on a large one, the samples of the small one end where the contact does, and their areas sum
 /// to what it has. Those of the large one below it have the area of a few more or less, as it lies. So the shares lean
 /// to the side that has the rim:
-///   lean = (r_a - r_b) / (r_a + r_b + (e_a + e_b) / 100) * likeness,
-/// r being the part of e that samples at edges and corners have. They lean only as far as both sides push alike, so
-/// that what one side alone feels is not lost: the likeness is 1 up to
-///   |f_a - f_b| / (p_a + p_b) + |t_a - t_b| / (s (p_a + p_b)) = 1/4
-/// and 0 from 1/2 on, where f (N) is the sum of the springs' forces over the contacts of a side, p (N) that of their
+///   lean = (r_a^3 / (r_a^3 + (r_b / f)^3 + l^3) - r_b^3 / (r_b^3 + (r_a f)^3 + l^3)) * likeness,
+/// r being the part of e that samples at edges and corners have, and l = 0.005 (e_a + e_b). They lean to a side only as
+/// far as that one pushes all that the other does, so that no push of one side alone is lost: for a that leads, the
+/// likeness is 1 up to
+///   |c f_a - f_b| / (p_a + p_b) + |c t_a - t_b| / (s (p_a + p_b)) = 0.3
+/// and 0 from 0.5 on, where f (N) is the sum of the springs' forces over the contacts of a side, p (N) that of their
 /// sizes, t (N m) the torque about the middle of all contacts, and s (m) how far they spread about it (root mean
-/// square). Where no sample is at an edge or corner, as between round meshes, lean is 0.
+/// square). c is p_b / p_a where a pushes more and a fiftieth of that or more is pushed by its rim, less so below that,
+/// else 1: the samples of b below the rim push nothing once they are nearer to a side of a than to its face.
+/// Where no sample is at an edge or corner, as between round meshes, lean is 0.
 ///
 /// A pair whose bounding spheres are farther apart than the margin is not looked at. Where neither body rotates no
 /// rotation between them is computed.
@@ -64,11 +74,6 @@ class BodyPair {
   [[nodiscard]] Contact at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, const Shares& shares) const;
 
  private:
-  /// One body's samples against the other's distance.
-  struct Side {
-    SampleTree tree;
-    std::vector<double> weights;  // in patches, of all faces at the sample
-  };
   /// A ball's centre against the other's distance.
   struct Ball {
     double radius;  // m
@@ -76,7 +81,6 @@ class BodyPair {
     Vec3 asked_at;  // m, in the frame of the other body
     bool asked = false;
   };
-  [[nodiscard]] Side make_side(const ContactBody& body) const;
   [[nodiscard]] double weight(const Contact& contact, bool from_b, std::size_t sample, const Quat& R_WK) const;
   [[nodiscard]] bool may_meet(const Pose& X_WA, const Pose& X_WB) const;
   void find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
@@ -95,9 +99,9 @@ class BodyPair {
   std::optional<Ball> ball_;
   bool ball_is_a_ = false;
   Shares shares_;
-  std::optional<Side> side_a_, side_b_;
-  std::optional<Quat> R_BA_;       // where neither rotates
-  std::optional<Vec3> p_WM_of_b_;  // m, where it is fixed
+  std::optional<SampleTree> side_a_, side_b_;  // of one body's samples against the other's distance
+  std::optional<Quat> R_BA_;                   // where neither rotates
+  std::optional<Vec3> p_WM_of_b_;              // m, where it is fixed
 };
 
 }  // namespace tactor

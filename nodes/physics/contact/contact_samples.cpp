@@ -29,7 +29,7 @@ ContactSamples capsule_samples(const CapsuleShape& capsule, double spacing) {
   ContactSamples samples;
   const double between = capsule.length / (2 * capsule.radius) / (n - 1);
   for (double i = 0; i <= n; ++i) {
-    samples.points.push_back({{0, 0, capsule.length * (i / n - 0.5)}, 0});
+    samples.points.push_back({.p = {0, 0, capsule.length * (i / n - 0.5)}});
     samples.radii.push_back(capsule.radius);
     samples.weights.push_back(i == 0 || i == n ? 1 : between);
   }
@@ -51,6 +51,7 @@ ContactSamples box_samples(const BoxShape& box, double spacing) {
           part[axis] = box.size[axis] / n[axis] * (at_end ? 0.5 : 1.0);
         }
         double area = 0;
+        Vec3 sum;  // m^2
         std::vector<FacingArea> faces;
         for (int axis = 0; axis < 3; ++axis) {
           if (i[axis] != 0 && i[axis] != n[axis]) continue;
@@ -58,9 +59,10 @@ ContactSamples box_samples(const BoxShape& box, double spacing) {
           normal[axis] = i[axis] == 0 ? -1 : 1;
           faces.push_back({part[(axis + 1) % 3] * part[(axis + 2) % 3], normal});
           area += faces.back().area;
+          sum += faces.back().area * normal;
         }
         if (faces.empty()) continue;
-        samples.points.push_back({p, area});
+        samples.points.push_back({p, area, sum / norm(sum)});
         if (const std::optional<Crease> crease = find_crease(faces)) {
           samples.points.back().crease = static_cast<std::int32_t>(samples.creases.size());
           samples.creases.push_back(*crease);
@@ -79,16 +81,20 @@ double default_spacing(const Shape& shape) {
   return 0;
 }
 
-double box_spacing(const BoxShape& box, double others) {
-  constexpr double most_by_default = 2e5;
-  const double area = 2 * (box.size.x * box.size.y + box.size.y * box.size.z + box.size.z * box.size.x);
-  const double finest = std::sqrt(area / most_by_default);
-  return std::min(default_spacing(box), std::max(others, finest));
+double area_facing(const ContactSamples& samples, std::size_t i, const Vec3& towards) {
+  const SurfaceSample& sample = samples.points[i];
+  if (sample.crease < 0) {
+    return sample.normal == Vec3{} ? sample.area : sample.area * std::max(0.0, dot(sample.normal, towards));
+  }
+  const Crease& crease = samples.creases[static_cast<std::size_t>(sample.crease)];
+  double most = dot(sample.normal, towards);
+  for (std::size_t k = 0; k < crease.parts; ++k) most = std::max(most, dot(crease.part[k].normal, towards));
+  return area_towards(crease, towards) * std::clamp(2 * most, 0.0, 1.0);
 }
 
 ContactSamples shape_samples(const Shape& shape, double spacing) {
   const double most = spacing > 0 ? spacing : default_spacing(shape);
-  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return {{{{}, 0}}, {sphere->radius}, {1}};
+  if (const auto* sphere = std::get_if<SphereShape>(&shape)) return {{SurfaceSample{}}, {sphere->radius}, {1}, {}};
   if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) return capsule_samples(*capsule, most);
   if (const auto* box = std::get_if<BoxShape>(&shape)) return box_samples(*box, most);
   if (std::holds_alternative<PlaneShape>(shape)) return {};

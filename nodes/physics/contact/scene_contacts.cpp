@@ -33,24 +33,6 @@ double reach_to(const Body& body, const Scene& scene, double margin) {
   return largest + margin;
 }
 
-/// The spacing of a body's samples where none is given (0: that of its shape): of a box, not coarser than that of the
-/// boxes that it may meet; of a fixed one, nor than that of the moving meshes, which are in `made`.
-double spacing_by_default(const Body& body, const Scene& scene, const std::vector<ContactBody>& made) {
-  const auto* box = std::get_if<BoxShape>(&body.shape);
-  if (box == nullptr) return 0;
-  double finest = default_spacing(*box);
-  for (const Body& other : scene.bodies) {
-    if (!is_pair(body, other)) continue;
-    if (std::holds_alternative<BoxShape>(other.shape)) finest = std::min(finest, default_spacing(other.shape));
-    // All that move have been made when the first fixed body is.
-    if (other.mesh() == nullptr || body.motion != Motion::fixed) continue;
-    const auto known =
-        std::find_if(made.begin(), made.end(), [&](const ContactBody& b) { return b.name == other.name; });
-    if (known != made.end()) finest = std::min(finest, known->box.longest() / 8);
-  }
-  return box_spacing(*box, finest);
-}
-
 /// Whether a mesh of this body needs samples: those of spheres and capsules stand for both sides.
 bool is_sampled(const Body& body, const Scene& scene) {
   return std::any_of(scene.bodies.begin(), scene.bodies.end(), [&body](const Body& other) {
@@ -84,9 +66,8 @@ SceneContacts::SceneContacts(const Scene& scene, const ContactOptions& options, 
   const std::vector<std::size_t> moving = scene.moving();
   bodies_.reserve(scene.bodies.size());  // pairs refer to them
   const auto add = [&](const Body& body) {
-    const double spacing = options.spacing > 0 ? options.spacing : spacing_by_default(body, scene, bodies_);
-    bodies_.emplace_back(body, spacing, is_sampled(body, scene), reach_to(body, scene, options.margin), make_distance,
-                         notes);
+    bodies_.emplace_back(body, options.spacing, is_sampled(body, scene), reach_to(body, scene, options.margin),
+                         make_distance, notes);
   };
   for (const std::size_t i : moving) add(scene.bodies[i]);
   for (const Body& body : scene.bodies) {

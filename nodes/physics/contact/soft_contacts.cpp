@@ -393,10 +393,8 @@ void SoftContacts::look_at_samples(Rigid& rigid, std::size_t number, const Pose&
     if (side.over()) return;
     contact.distance = dot(contact.n_W, transform(X_WT, sample.p) - own.at.p);
     // The normal leads from the surface to the rigid body.
-    const double area = sample.crease < 0 ? sample.area
-                                          : area_towards(samples.creases[static_cast<std::size_t>(sample.crease)],
-                                                         rotate(inverse(X_WT.R), -contact.n_W));
-    contact.weight = area / material.patch_area;
+    const Vec3 towards = rotate(inverse(X_WT.R), -contact.n_W);
+    contact.weight = area_facing(samples, static_cast<std::size_t>(own.sample), towards) / material.patch_area;
     side.extents[deformable][1] += contact.weight * (margin_ - own.at.distance);
     add(contact, rigid, number, true, static_cast<std::uint64_t>(own.sample), {own.at.face, own.at.share}, side);
   }

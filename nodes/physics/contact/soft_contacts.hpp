@@ -57,7 +57,7 @@ struct SoftContactOptions {
 ///
 /// Samples of boxes and meshes. Where they are nearer to the surface than the margin, or inside, each makes a contact
 /// with the nearest point of the surface, with a mean normal over an eighth of the body's longest side, likewise. Its
-/// weight is its area over the patch area; at an edge or corner of the body the area is area_towards the surface. The
+/// weight is its area over the patch area, as far as it faces the surface (area_facing). The
 /// body's samples and the surface's share the contact in proportion to
 ///   e = sum(weight * (margin - signed distance)),
 /// as BodyPair has it, so that both together count once, and it stays continuous as samples come and go.

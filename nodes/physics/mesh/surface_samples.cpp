@@ -48,10 +48,10 @@ class Fans {
   std::vector<std::size_t> begin_, faces_;
 };
 
-/// Finds the creases that samples are at. `owner`: of each vertex, the sample that it gives its area to; `normal`: of
-/// each face, unit, or zero where it has none.
+/// Finds how the surface about each sample faces, and the creases that samples are at. `owner`: of each vertex, the
+/// sample that it gives its area to; `normal`: of each face, unit, or zero where it has none.
 template <class Owner, class Normal>
-void add_creases(const TriangleMesh& mesh, const Owner& owner, const Normal& normal, SurfaceSamples& samples) {
+void add_facing(const TriangleMesh& mesh, const Owner& owner, const Normal& normal, SurfaceSamples& samples) {
   // The faces of each sample, once for each corner that it owns.
   std::vector<std::size_t> begin(samples.points.size() + 2);
   std::vector<std::uint32_t> faces(3 * mesh.faces.size());
@@ -66,6 +66,7 @@ void add_creases(const TriangleMesh& mesh, const Owner& owner, const Normal& nor
   for (std::size_t s = 0; s < samples.points.size(); ++s) {
     about.clear();
     bool alike = true;
+    Vec3 sum;  // m^2
     for (std::size_t i = begin[s]; i < begin[s + 1]; ++i) {
       const Vec3& n = normal(faces[i]);
       if (n == Vec3{}) continue;
@@ -75,7 +76,9 @@ void add_creases(const TriangleMesh& mesh, const Owner& owner, const Normal& nor
         alike = alike && dot(about.front().normal, n) >= same_part;
       }
       about.back().area += third;
+      sum += third * n;
     }
+    if (norm(sum) > 0) samples.points[s].normal = sum / norm(sum);
     if (alike) continue;
     if (const std::optional<Crease> crease = find_crease(about)) {
       samples.points[s].crease = static_cast<std::int32_t>(samples.creases.size());
@@ -113,7 +116,7 @@ class Elimination {
       const double third = norm(doubled_area_normal(refined_.mesh, face)) / 6;
       for (const int corner : face) samples.points[index(owner_[index(corner)])].area += third;
     }
-    add_creases(
+    add_facing(
         refined_.mesh, [this](int v) { return owner_[index(v)]; },
         [this](std::uint32_t face) -> const Vec3& { return normals_[index(refined_.parent_face[face])]; }, samples);
     return samples;
@@ -165,7 +168,7 @@ class Elimination {
   void keep(int kept) {
     const int sample = static_cast<int>(samples_.size());
     const Vec3 p = points()[index(kept)];
-    samples_.push_back({p, 0});
+    samples_.push_back({.p = p});
     nearest_[index(kept)] = 0;
     owner_[index(kept)] = sample;
     find_normals(kept, own_);
@@ -213,7 +216,7 @@ class Elimination {
 SurfaceSamples vertex_samples(const TriangleMesh& mesh) {
   SurfaceSamples samples;
   samples.points.reserve(mesh.vertices.size());
-  for (const Vec3& v : mesh.vertices) samples.points.push_back({v, 0});
+  for (const Vec3& v : mesh.vertices) samples.points.push_back({.p = v});
   std::vector<Vec3> normals;
   normals.reserve(mesh.faces.size());
   for (const auto& face : mesh.faces) {
@@ -221,7 +224,7 @@ SurfaceSamples vertex_samples(const TriangleMesh& mesh) {
     for (const int corner : face) samples.points[index(corner)].area += third;
     normals.push_back(unit_normal(mesh, face));
   }
-  add_creases(
+  add_facing(
       mesh, [](int v) { return v; }, [&](std::uint32_t face) -> const Vec3& { return normals[face]; }, samples);
   return samples;
 }

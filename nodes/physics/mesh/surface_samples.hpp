@@ -12,9 +12,9 @@ namespace tactor {
 struct SurfaceSample {
   Vec3 p;           ///< m, in the frame of the mesh
   double area = 0;  ///< m^2
-  /// Which of the creases it is at, or -1: where the surface about it faces one way all of its area counts in a
-  /// contact.
-  std::int32_t crease = -1;
+  /// The mean outward normal of the surface about it, unit, in the frame of the mesh; zero: it faces every way.
+  Vec3 normal;
+  std::int32_t crease = -1;  ///< which of the creases it is at, or -1: the surface about it faces one way
 };
 
 struct SurfaceSamples {

@@ -127,6 +127,8 @@ BOOST_AUTO_TEST_CASE(contact_is_found_from_either_side) {
   check_geometry(set);
   for (int i = 0; i < set.count; ++i) {
     const Contact& c = set.contact[static_cast<std::size_t>(i)];
+    // The points of the spike's sides that are within the margin do not touch.
+    if (c.distance > 0) continue;
     BOOST_TEST(c.distance == -0.0005, tt::tolerance(1e-6));
     BOOST_TEST(norm(c.n_W - Vec3{0, 0, 1}) < 1e-9);
     BOOST_TEST(norm(transform(set.bodies.X_WB[0], c.p_TC) - Vec3{c.p_WC.x, c.p_WC.y, 0.0295}) < 1e-9);
@@ -152,11 +154,13 @@ BOOST_AUTO_TEST_CASE(a_full_set_has_the_wrench_of_all_contacts_however_few_it_ke
     if (most == 128) {
       BOOST_TEST(norm(wrench.force) > 0.1);
       BOOST_TEST(set.truncated > 0);
-      // Each vertex of the rock below the floor, which has no samples, presses by its area and depth.
+      // Each vertex of the rock below the floor, which has no samples, presses by its area as seen from there, and
+      // depth.
       for (const SurfaceSample& s : vertex_samples(rock).points) {
         const Vec3 x = transform(X_WT, s.p);
         if (x.z >= 0) continue;
-        const Vec3 force{0, 0, -1000 * s.area / 1e-4 * x.z};
+        const double area = s.area * std::max(0.0, -rotate(X_WT.R, s.normal).z);
+        const Vec3 force{0, 0, -1000 * area / 1e-4 * x.z};
         all.force += force;
         all.torque += cross({x.x, x.y, 0}, force);
       }

@@ -450,8 +450,8 @@ void check(const Case& c) {
       const Steps& steps = display->steps;
       BOOST_TEST_MESSAGE(c << ": " << display->name() << " steps by " << share(steps.force, reference.force) << " and "
                            << share(steps.torque, reference.torque) << " of what the reference does");
-      BOOST_TEST(steps.force <= 1.5 * reference.force, display->name());
-      BOOST_TEST(steps.torque <= 1.5 * reference.torque, display->name());
+      BOOST_TEST(steps.force <= 2 * reference.force, display->name());
+      BOOST_TEST(steps.torque <= 2 * reference.torque, display->name());
     }
     for (const Display* display : {&shown.judged, &shown.rollout, &shown.direct}) {
       BOOST_TEST(display->calls == 0, display->name());
@@ -465,7 +465,7 @@ BOOST_AUTO_TEST_CASE(on_adversarial_surfaces_the_force_is_finite_limited_and_ste
   for (const Kind kind : {Kind::needles, Kind::slivers, Kind::soup, Kind::self_cut}) {
     if (kind == Kind::self_cut && repairs_meshes()) continue;
     for (const Tool tool : {Tool::ball, Tool::box, Tool::star}) {
-      for (int seed = 1; seed <= 2; ++seed) check({kind, tool, seed});
+      for (int seed = 1; seed <= 4; ++seed) check({kind, tool, seed});
     }
   }
 }

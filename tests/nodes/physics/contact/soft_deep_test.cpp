@@ -109,6 +109,19 @@ BOOST_AUTO_TEST_CASE(a_box_on_a_fine_surface_and_a_fine_box_on_a_coarse_one_feel
   }
 }
 
+BOOST_AUTO_TEST_CASE(the_upright_sides_of_a_box_that_is_pressed_in_do_not_push_it_out) {
+  const Vec3 size{0.024, 0.016, 0.012};
+  Press press(BoxShape{size}, soft_mesh(flat_grid(0.06, 8)));
+  press.at({{0.001, 0.002, size.z / 2 - 0.003}, {}});
+  int below = 0;
+  for (const SoftContact& s : press.found) {
+    if (s.contact.n_W.z < 0.9) continue;
+    BOOST_TEST(s.contact.p_TC.z == -size.z / 2, boost::test_tools::tolerance(1e-9));
+    ++below;
+  }
+  BOOST_TEST(below > 10);
+}
+
 BOOST_AUTO_TEST_CASE(a_corner_between_the_nodes_of_coarse_faces_is_felt) {
   // A box on its corner, 1 mm deep in faces of 60 mm, and so pushed by its own sample alone or by the surface's.
   const Quat on_corner = from_rotation_vector(Vec3{1, -1, 0} * (std::acos(1 / std::sqrt(3.0)) / std::sqrt(2.0)));
