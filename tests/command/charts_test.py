@@ -1,4 +1,5 @@
 """A report is written whatever gnuplot does, and its charts do not depend on the settings of who calls."""
+import concurrent.futures
 import json
 import os
 import pathlib
@@ -32,22 +33,22 @@ class Charts(CommandTest):
         self.drawn = self.charts_of(self.report({}))
         self.assertIn("<polyline", self.drawn.replace("<path", "<polyline"))
 
-    def report(self, more, code=0, without=(), cwd=None):
+    def report(self, more, code=0, without=(), cwd=None, out="out"):
         environment = {key: value for key, value in os.environ.items() if key not in without}
         environment.update(self.environment, **more)
-        shutil.rmtree(self.folder / "out", ignore_errors=True)
-        self.said = subprocess.run([TACTOR, "run", self.graph, "--out", self.folder / "out"], env=environment, cwd=cwd or self.folder,
+        shutil.rmtree(self.folder / out, ignore_errors=True)
+        self.said = subprocess.run([TACTOR, "run", self.graph, "--out", self.folder / out], env=environment, cwd=cwd or self.folder,
                                    capture_output=True, text=True, timeout=300, check=False)
         self.assertEqual(self.said.returncode, code, self.said.stdout + self.said.stderr)
-        self.assertTrue(json.loads((self.folder / "out/summary.json").read_text()))
-        return (self.folder / "out/report.html").read_text()
+        self.assertTrue(json.loads((self.folder / out / "summary.json").read_text()))
+        return (self.folder / out / "report.html").read_text()
 
     @staticmethod
     def charts_of(page):
         return "".join(part.split("</svg>")[0] for part in page.split("<svg")[1:])
 
-    def fake(self, script, interpreter="#!/bin/sh\n"):
-        programs = self.folder / "programs"
+    def fake(self, script, interpreter="#!/bin/sh\n", programs="programs"):
+        programs = self.folder / programs
         programs.mkdir(exist_ok=True)
         gnuplot = programs / "gnuplot"
         gnuplot.write_text(interpreter + script + "\n")
@@ -136,12 +137,20 @@ class OfGnuplot(Charts):
         self.assertIn("No chart: gnuplot ", self.report({"PATH": str(self.folder / "programs")}))
 
     def test_a_gnuplot_that_hangs_ends_and_so_does_all_that_it_has_started(self):
-        for script in ("sleep 1000", "trap '' TERM; sleep 1000 & sleep 1000; sleep 1000", "exec >&- 2>&-; sleep 1000"):
-            mark = self.folder / "process"
-            page = self.report(self.fake(f"echo $$ > {mark}\n{script}"))
+        scripts = ("sleep 1000", "trap '' TERM; sleep 1000 & sleep 1000; sleep 1000", "exec >&- 2>&-; sleep 1000")
+
+        def mark(at):
+            return self.folder / f"process_{at}"
+
+        def reported(at):
+            return self.report(self.fake(f"echo $$ > {mark(at)}\n{scripts[at]}", programs=f"programs_{at}"), out=f"out_{at}")
+        # Each waits for half a minute, so all wait at once.
+        with concurrent.futures.ThreadPoolExecutor(len(scripts)) as pool:
+            pages = list(pool.map(reported, range(len(scripts))))
+        for at, page in enumerate(pages):
             self.assertIn("No chart: gnuplot took longer than 30 s and was ended", page)
-            self.assertIn("no chart: gnuplot took longer", self.said.stderr)
-            self.assertEqual(self.members_of(int(mark.read_text())), [], script)
+            self.assertEqual(self.members_of(int(mark(at).read_text())), [], scripts[at])
+        self.assertIn("no chart: gnuplot took longer", self.said.stderr)
 
     @staticmethod
     def members_of(group):
