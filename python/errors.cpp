@@ -3,6 +3,7 @@
 #include <exception>
 #include <string>
 
+#include "framework/core/shown_text.hpp"
 #include "framework/yaml/diagnostics.hpp"
 #include "python/file_text.hpp"
 
@@ -14,7 +15,8 @@ namespace {
 
 void raise(const char* name, const std::string& text, const py::list& places) {
   const py::object type = py::module_::import("tactor._errors").attr(name);
-  PyErr_SetObject(type.ptr(), type(python_text(text), places).ptr());
+  // Python prints it to a terminal as it is.
+  PyErr_SetObject(type.ptr(), type(python_text(shown_text(text)), places).ptr());
 }
 
 }  // namespace

@@ -12,6 +12,7 @@
 #include "app/mesh/mesh_units.hpp"
 #include "app/new/scene_text.hpp"
 #include "app/output.hpp"
+#include "app/shell_word.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/yaml/diagnostics.hpp"
@@ -236,7 +237,7 @@ void make_new_graph(const NewGraphRequest& request) {
   // Over the scene: a method of the user's own would be replaced.
   fmt::print(
       "\n    tactor run {0}\n    tactor view {0}\n    tactor view {1} --over side_by_side    # methods to switch\n",
-      graph.lexically_normal().string(), files.front().first.lexically_normal().string());
+      as_typed(graph.lexically_normal().string()), as_typed(files.front().first.lexically_normal().string()));
 }
 
 }  // namespace tactor

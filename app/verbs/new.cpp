@@ -2,8 +2,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -14,6 +12,7 @@
 
 #include "app/new/new_graph.hpp"
 #include "app/new/new_project.hpp"
+#include "app/shell_word.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
@@ -50,17 +49,6 @@ CLI::App* add_kind(CLI::App& verb, const std::string& kind, const std::string& h
   return sub;
 }
 
-/// One word of a command line, in quotes where a shell would not take it as it is.
-std::string shell_word(const std::string& text) {
-  const bool plain = std::all_of(text.begin(), text.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 || std::string_view("/._-+:,@").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (plain && !text.empty()) return text;
-  std::string quoted = "'";
-  for (const char c : text) quoted += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return quoted + "'";
-}
-
 /// Whether CMAKE_PREFIX_PATH of the environment has this folder.
 bool cmake_is_told(const fs::path& prefix) {
   const char* told = std::getenv("CMAKE_PREFIX_PATH");
@@ -76,7 +64,7 @@ bool cmake_is_told(const fs::path& prefix) {
 std::string where_cmake_looks() {
   const fs::path prefix = installation_prefix();
   if (prefix == "/usr" || prefix == "/usr/local" || cmake_is_told(prefix)) return {};
-  return " -DCMAKE_PREFIX_PATH=" + shell_word(prefix.string());
+  return " -DCMAKE_PREFIX_PATH=" + as_typed(prefix.string());
 }
 
 void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, const std::string& help,
@@ -85,7 +73,7 @@ void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, cons
   CLI::App* sub = add_kind(verb, word, help, name_help, arguments);
   sub->callback([arguments, kind] {
     const std::vector<fs::path> files = new_project(kind, arguments->name, arguments->folder);
-    const std::string folder = shell_word(files.front().parent_path().lexically_normal().string());
+    const std::string folder = as_typed(files.front().parent_path().lexically_normal().string());
     tell_project(files, fmt::format("  cmake -S {0} -B {0}/build{1} && cmake --build {0}/build\n"
                                     "  ctest --test-dir {0}/build --output-on-failure\n"
                                     "  cmake --install {0}/build --prefix ~/.local    # for every graph of yours\n",
@@ -151,7 +139,7 @@ void add_new(CLI::App& app, int& exit_code) {
         new_study(arguments->name, beside ? fs::absolute(graph).lexically_normal().string() : arguments->graph,
                   arguments->folder);
     const fs::path folder = files.front().parent_path();
-    const std::string file = shell_word((folder / (arguments->name + ".yaml")).lexically_normal().string());
+    const std::string file = as_typed((folder / (arguments->name + ".yaml")).lexically_normal().string());
     tell_project(files, fmt::format("  tactor study {0} --short\n  tactor study {0}\n", file));
   });
 }

@@ -32,20 +32,50 @@ bool marked_as_being_written(const fs::path& path) {
   return in.read(head.data(), head.size()) && (head[flags_at] & writing_beside_readers) == writing_beside_readers;
 }
 
-/// The most rows that the bytes of a dataset in the file can hold.
-std::uint64_t rows_with_room(hid_t data, std::uint64_t record, std::uint64_t file_size) {
+/// Streams of a recording at most; a link that leads to one takes few bytes.
+constexpr hsize_t most_streams = 1024;
+
+/// Whether each step of the path is in this file. Others lead to files, or to pipes, that are not ours to open.
+bool is_inside(hid_t parent, const std::string& path) {
+  for (std::size_t end = 0; end != std::string::npos;) {
+    end = path.find('/', end + 1);
+    H5L_info_t link{};
+    if (H5Lget_info(parent, path.substr(0, end).c_str(), &link, H5P_DEFAULT) < 0 || link.type != H5L_TYPE_HARD)
+      return false;
+  }
+  return true;
+}
+
+/// Whether a dataset is packed as ours are, or not at all: a packed text that is packed again grows a millionfold.
+bool is_packed_once(hid_t properties) {
+  int packed = 0;
+  for (int i = 0; i < H5Pget_nfilters(properties); ++i) {
+    unsigned flags = 0, config = 0;
+    std::size_t values = 0;
+    const H5Z_filter_t filter =
+        H5Pget_filter2(properties, static_cast<unsigned>(i), &flags, &values, nullptr, 0, nullptr, &config);
+    if (filter != H5Z_FILTER_DEFLATE && filter != H5Z_FILTER_SHUFFLE && filter != H5Z_FILTER_FLETCHER32) return false;
+    packed += filter == H5Z_FILTER_DEFLATE ? 1 : 0;
+  }
+  return packed <= 1;
+}
+
+/// The most rows that the bytes of a dataset in the file can hold. `chunk_rows`: those of a chunk, 0 without chunks.
+std::uint64_t rows_with_room(hid_t data, std::uint64_t record, std::uint64_t file_size, std::uint64_t& chunk_rows) {
   // What a writer that was killed had given out and not written yet.
   constexpr std::uint64_t unwritten = std::uint64_t{16} << 20U;
   if (H5Dget_storage_size(data) > file_size + unwritten) return 0;
-  // What HDF5 unpacks at once; ours are an eighth of a megabyte.
-  constexpr std::uint64_t most_chunk_bytes = std::uint64_t{64} << 20U;
   const Handle properties(H5Dget_create_plist(data), H5Pclose);
   if (!properties || H5Pget_external_count(properties.get()) != 0) return 0;
   switch (H5Pget_layout(properties.get())) {
     case H5D_CHUNKED: {
       const Handle space(H5Dget_space(data), H5Sclose);
       hsize_t rows = 0, chunks = 0;
-      if (H5Pget_chunk(properties.get(), 1, &rows) != 1 || rows == 0 || rows > most_chunk_bytes / record) return 0;
+      if (H5Pget_chunk(properties.get(), 1, &rows) != 1 || rows == 0) return 0;
+      // HDF5 unpacks a whole chunk for a row, again and again where it is larger than what is kept.
+      if (rows > std::max<std::uint64_t>(1, layout::chunk_bytes / record)) return 0;
+      if (!is_packed_once(properties.get())) return 0;
+      chunk_rows = rows;
       if (!space || H5Dget_num_chunks(data, space.get(), &chunks) < 0) return 0;
       return chunks > std::numeric_limits<std::uint64_t>::max() / rows ? 0 : chunks * rows;
     }
@@ -166,9 +196,13 @@ void Hdf5Reader::read_header() {
   header_ = {*graph, *seed, *program};
   complete_ = *complete != 0;
 
+  if (!is_inside(file_.get(), layout::streams_group)) refuse("its streams are missing or in another file");
   const Handle group(H5Gopen2(file_.get(), layout::streams_group, H5P_DEFAULT), H5Gclose);
   H5G_info_t info{};
   if (!group || H5Gget_info(group.get(), &info) < 0) refuse("its streams are missing: " + hdf5_error());
+  if (info.nlinks > most_streams) {
+    refuse("it has " + std::to_string(info.nlinks) + " streams, more than " + std::to_string(most_streams));
+  }
   for (hsize_t i = 0; i < info.nlinks; ++i) {
     std::array<char, 256> name{};
     if (H5Lget_name_by_idx(group.get(), ".", H5_INDEX_NAME, H5_ITER_INC, i, name.data(), name.size(), H5P_DEFAULT) <
@@ -181,6 +215,7 @@ void Hdf5Reader::read_header() {
 
 Hdf5Reader::Rows Hdf5Reader::open_rows(hid_t group, const std::string& path, const std::string& stream,
                                        Handle file_type, Handle memory_type) const {
+  if (!is_inside(group, path)) refuse("stream " + stream + ": its " + path + " is missing or in another file");
   Rows rows{.data = Handle(H5Dopen2(group, path.c_str(), H5P_DEFAULT), H5Dclose),
             .memory_type = std::move(memory_type)};
   if (!rows.data) refuse("stream " + stream + ": " + hdf5_error());
@@ -196,7 +231,7 @@ Hdf5Reader::Rows Hdf5Reader::open_rows(hid_t group, const std::string& path, con
     refuse("stream " + stream + ": its " + path + " is no list");
   }
   // A file of a few bytes may say that it holds any number; what was never written would be read as zeros.
-  const std::uint64_t room = rows_with_room(rows.data.get(), rows.row_bytes, fs::file_size(path_));
+  const std::uint64_t room = rows_with_room(rows.data.get(), rows.row_bytes, fs::file_size(path_), rows.chunk_rows);
   if (count > room) {
     refuse("stream " + stream + " says that it holds " + std::to_string(count) +
            " messages, and the file has room for " + std::to_string(room));
@@ -206,6 +241,7 @@ Hdf5Reader::Rows Hdf5Reader::open_rows(hid_t group, const std::string& path, con
 }
 
 void Hdf5Reader::add_stream(hid_t parent, const std::string& name) {
+  if (!is_inside(parent, name)) refuse("stream " + name + " is in another file");
   const Handle group(H5Gopen2(parent, name.c_str(), H5P_DEFAULT), H5Gclose);
   if (!group) refuse(hdf5_error());
   const std::optional<std::string> description = layout::read_text(group.get(), layout::description_attribute);
@@ -259,6 +295,21 @@ void Hdf5Reader::read_rows(const std::string& name, const Rows& rows, std::uint6
   if (count == 0) return;
   const hsize_t start = first;
   const hsize_t length = count;
+  if (rows.chunk_rows > 0) {
+    // HDF5 unpacks all that the bytes of a chunk hold, however much that is. Packing never makes them many more.
+    const std::uint64_t bytes_of_chunk = rows.chunk_rows * rows.row_bytes;
+    for (hsize_t chunk = first / rows.chunk_rows * rows.chunk_rows; chunk < first + count; chunk += rows.chunk_rows) {
+      unsigned filters = 0;
+      haddr_t at = 0;
+      hsize_t packed = 0;
+      if (H5Dget_chunk_info_by_coord(rows.data.get(), &chunk, &filters, &at, &packed) < 0) {
+        refuse("stream " + name + ": " + hdf5_error());
+      }
+      if (packed > bytes_of_chunk + bytes_of_chunk / 100 + 1024) {
+        refuse("stream " + name + ": a part of it holds more than its rows");
+      }
+    }
+  }
   const Handle in_file(H5Dget_space(rows.data.get()), H5Sclose);
   const Handle in_memory(H5Screate_simple(1, &length, nullptr), H5Sclose);
   if (H5Sselect_hyperslab(in_file.get(), H5S_SELECT_SET, &start, nullptr, &length, nullptr) < 0 ||

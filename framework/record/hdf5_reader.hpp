@@ -26,6 +26,7 @@ class Hdf5Reader final : public RecordingReader {
     Handle memory_type;  // of a row
     std::size_t row_bytes = 0;
     std::uint64_t count = 0;
+    std::uint64_t chunk_rows = 0;  // 0: it has no chunks
   };
   /// A field that changes size.
   struct ArrayRows {

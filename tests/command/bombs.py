@@ -8,6 +8,8 @@ import math
 import struct
 import zlib
 
+import h5py
+
 
 def _msh(nodes, elements, entities="", extra=""):
     body = "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n" + extra
@@ -277,4 +279,50 @@ GRAPHS = {
 TABLES = {
     "rows.csv.gz": lambda: csv_packed(b"0,0\n", 20_000_000), "blanks.csv.gz": lambda: csv_packed(b"0,0" + b" " * 500_000 + b"\n", 2_000),
     "line.csv.gz": lambda: csv_packed(b"0" * 500_000_000, 1), "lines.csv.gz": lambda: csv_packed(b"\n", 200_000_000), "wide.csv": csv_wide,
+}
+
+
+def _repacked(file, filters, size):
+    """The first chunk of the messages of a stream, packed so often, holds so many zeros. The name of the stream."""
+    name = sorted(file["streams"])[0]
+    old = file[f"streams/{name}/data"]
+    creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    creation.set_chunk((max(1, min(1024, (128 << 10) // old.dtype.itemsize)),))
+    for _ in range(filters):
+        creation.set_deflate(9)
+    space = h5py.h5s.create_simple((old.shape[0],), (h5py.h5s.UNLIMITED,))
+    kind = old.id.get_type()
+    del file[f"streams/{name}/data"]
+    made = h5py.h5d.create(file[f"streams/{name}"].id, b"data", kind, space, creation)
+    packed = bytes(size)
+    for _ in range(filters):
+        packed = zlib.compress(packed, 9)
+    made.write_direct_chunk((0,), packed)
+    return name
+
+
+def _elsewhere(file, pipe, what):
+    """The streams, one of them or its messages are in another file, which is a pipe."""
+    name = sorted(file["streams"])[0]
+    place = {"streams": "streams", "stream": f"streams/{name}", "messages": f"streams/{name}/data"}[what]
+    del file[place]
+    file[place] = h5py.ExternalLink(pipe, "/")
+    return name
+
+
+def _linked(file, links):
+    name = sorted(file["streams"])[0]
+    for n in range(links):
+        file[f"streams/again_{n}"] = file[f"streams/{name}"]
+    return name
+
+
+RECORDINGS = {
+    "a chunk that holds more than its rows": lambda file, pipe: _repacked(file, 1, 256 << 20),
+    "a chunk packed twice": lambda file, pipe: _repacked(file, 2, 64 << 20),
+    "a chunk packed three times": lambda file, pipe: _repacked(file, 3, 64 << 20),
+    "streams elsewhere": lambda file, pipe: _elsewhere(file, pipe, "streams"),
+    "a stream elsewhere": lambda file, pipe: _elsewhere(file, pipe, "stream"),
+    "messages elsewhere": lambda file, pipe: _elsewhere(file, pipe, "messages"),
+    "many links": lambda file, pipe: _linked(file, 5000),
 }

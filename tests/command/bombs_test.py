@@ -9,6 +9,7 @@ import time
 import unittest
 
 import bombs
+import h5py
 from harness import GRAPHS, TACTOR, CommandTest
 
 # The budget of a file of that size, and what the command, its libraries and the steps after the reader take beside it.
@@ -76,6 +77,19 @@ class Bombs(CommandTest):
                 graph = self.written("table.yaml", b"duration: 10 ms\nclock: virtual\nrecord: [source.force]\nnodes:\n  source: {type: source.recording, file: %s, "
                                      b"columns: {time: t_s, force.x: F_N}}\n" % name.encode())
                 self.check(name, path, "check", graph)
+
+    def test_recordings(self):
+        self.run_ok("run", GRAPHS / "wall/refit.yaml", "--duration", "0.3 s", "--set", "record=[coupling.force]", "--out", self.folder / "out")
+        whole = (self.folder / "out/recording.h5").read_bytes()
+        os.mkfifo(self.folder / "pipe")
+        for name, change in bombs.RECORDINGS.items():
+            with self.subTest(name):
+                path = self.written(f"{name.replace(' ', '_')}.h5", whole)
+                with h5py.File(path, "r+") as file:
+                    stream = change(file, str(self.folder / "pipe"))
+                self.assertLess(path.stat().st_size, len(whole) + (2 << 20))
+                self.check(name, path, "export", path, stream)
+        self.assertGreater(len(self.run_ok("export", self.written("whole.h5", whole), stream).stdout.splitlines()), 10)
 
     def test_a_request_to_end_is_heeded_while_a_file_is_read(self):
         """A file of more than 100 MB, of each kind of reader. The request comes as soon as the command listens for it."""

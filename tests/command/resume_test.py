@@ -46,6 +46,24 @@ class Resume(StudyTest):
         self.assertIn("study.sqlite: expected a table of runs, found a file of another kind", result.stderr)
         self.assertEqual(self.file.read_bytes(), text)
 
+    def test_a_table_with_a_run_that_is_none_of_the_study_is_damaged(self):
+        self.study(self.text, "out")
+        for run in (2, 3_000_000, 10**12, -1, -(2**62)):
+            with sqlite3.connect(self.file) as db:
+                db.execute("UPDATE runs SET run = ? WHERE run = (SELECT max(run) FROM runs)" if run > 0 else
+                           "UPDATE runs SET run = ? WHERE run = (SELECT min(run) FROM runs)", (run,))
+            db.close()
+            with self.subTest(run=run):
+                result = self.study(self.text, "out", "--resume", code=1)
+                self.assertRegex(result.stderr, r"study\.sqlite: the table is damaged: it has a run -?\d+ of 2")
+
+    def test_a_table_that_lacks_what_a_run_told_beside_its_metrics_is_read(self):
+        self.study(self.text, "out")
+        with sqlite3.connect(self.file) as db:
+            db.execute("UPDATE runs SET more = '{}'")
+        db.close()
+        self.study(self.text, "out", "--resume")
+
     def test_the_runs_of_another_study_are_refused(self):
         self.study(self.text, "out")
         result = self.study(self.text.replace("seeds: 2", "seeds: 3"), "out", "--resume", code=2)

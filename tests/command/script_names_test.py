@@ -126,16 +126,18 @@ class OfTheEnvironment(Names):
 
     def test_values_in_a_word_that_a_shell_reads_are_quoted(self):
         names = self.tried(HOSTILE)
-        for word in ('echo 7; printf "%s\\n" {script} {name} >> said', ):
-            file = self.write("mine.yaml", f"submit: [sh, -c, '{word}']\nstatus: ['true']\ncancel: ['true']\nindex: I\n"
+        word = 'echo 7; printf "%s\\n" {script} {name} >> said'
+        shells = (("sh, -c", names), ("bash, -ec", names[:4]), ("env, sh, -xc", names[:4]), ("timeout, 9, sh, -c", names[:4]))
+        for at, (shell, tried) in enumerate(shells):
+            file = self.write("mine.yaml", f"submit: [{shell}, '{word}']\nstatus: ['true']\ncancel: ['true']\nindex: I\n"
                                            "states: {waiting: [Q], running: [R]}\n")
-            for name in names:
-                with self.subTest(name=name):
-                    result = self.study_named(name, "--cluster", file, out=f"out/{name}")
+            for name in tried:
+                with self.subTest(shell=shell, name=name):
+                    result = self.study_named(name, "--cluster", file, out=f"out_{at}/{name}")
                     self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
                     self.nothing_ran(name)
                     said = (self.folder / "said").read_text().split("\n")
-                    self.assertEqual(said[0], str(self.folder / "out" / name / "cluster/jobs/0000.sh"))
+                    self.assertEqual(said[0], str(self.folder / f"out_{at}" / name / "cluster/jobs/0000.sh"))
                     self.assertTrue(said[1].startswith(f"{name}-"))
                     (self.folder / "said").unlink()
         file.write_text(file.read_text().replace("{script}", '"{script}"'))

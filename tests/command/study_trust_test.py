@@ -152,6 +152,15 @@ class WhatAnotherUserOwns(Trust):
         os.chown(self.system, NOBODY, NOBODY, follow_symlinks=False)
         self.refused(self.system, "is a link of the user nobody")
 
+    def test_a_folder_that_somebody_makes_while_the_cluster_is_asked_gets_no_study(self):
+        mine = self.folder / "mine.yaml"
+        made = self.folder / "made"
+        mine.write_text(self.system.read_text() + "most_tasks: [sh, -c, 'mkdir -p %s; chown %d %s; echo 9']\n" % (made, NOBODY, made))
+        result = self.study(None, "made", "--cluster", str(mine), code=2)
+        self.assertIn(f"{made}: ", result.stderr)
+        self.assertIn("nobody", result.stderr)
+        self.assertEqual(list(made.iterdir()), [])
+
     def test_a_task_of_another_user_s_folder_does_not_run(self):
         for place in [self.out, *self.out.rglob("*")]:
             os.chown(place, NOBODY, NOBODY)

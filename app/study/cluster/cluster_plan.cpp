@@ -205,8 +205,11 @@ void make_own_folder(const fs::path& folder) {
   const fs::path above = folder.parent_path();
   if (!above.empty()) make_folder(above);
   std::error_code error;
-  if (fs::create_directory(folder, error)) fs::permissions(folder, others, fs::perm_options::remove, error);
+  const bool is_made = fs::create_directory(folder, error);
+  if (is_made) fs::permissions(folder, others, fs::perm_options::remove, error);
   if (error) throw InputError("--out " + folder.string() + ": cannot make this folder: " + error.message());
+  // Somebody else may have made it since it was looked for.
+  if (!is_made) with_own_folder(folder, [](const KeptFolder&) {});
 }
 
 void write_plan(ClusterPlan& plan, const ClusterFolder& folder) {

@@ -64,10 +64,12 @@ bool is_for_shell(const CommandTemplate& command, std::size_t word) {
     return fs::path(command[at]).filename().string().ends_with(ending);
   };
   if (word == 0) return false;
-  if (is_called(0, "ssh") || command[word].starts_with("--wrap=") || command[word - 1] == "--wrap") return true;
-  if (command[word - 1] != "-c") return false;
-  for (std::size_t at = 0; at + 1 < word; ++at) {
-    if (is_called(at, "sh")) return true;
+  if (command[word].starts_with("--wrap=") || command[word - 1] == "--wrap") return true;
+  // `-c`, `-ec`, `-lc`: a text to run is the word after it.
+  const std::string& before = command[word - 1];
+  const bool is_text = before.starts_with('-') && !before.starts_with("--") && before.find('c') != std::string::npos;
+  for (std::size_t at = 0; at < word; ++at) {
+    if (is_called(at, "ssh") || (is_text && at + 1 < word && is_called(at, "sh"))) return true;
   }
   return false;
 }
@@ -220,11 +222,12 @@ ClusterSystem load_cluster_system(const fs::path& file) {
   system.file = fs::absolute(file);
   const ProgramsFile trusted = trusted_file(file);
   system.folder = trusted.folder;
-  // What was looked at is what is read, and not what stands there by now.
+  // The file that was looked at is read, and not one that stands there by now.
   const fs::path opened = trusted.file ? fs::path("/proc/self/fd") / std::to_string(trusted.file.number()) : file;
   const auto tree = read_yaml(opened, file.string(), {"a cluster file", "submit, status, cancel, ..."}, diagnostics);
   if (tree) SystemReader(system, diagnostics).read(*tree);
   diagnostics.throw_if_any();
+  if (!trusted.file) throw InputError(file.string() + ": it was not there, and is now; no command of it was run");
   return system;
 }
 

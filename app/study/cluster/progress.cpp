@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "app/shell_word.hpp"
+
 namespace tactor {
 
 namespace fs = std::filesystem;
@@ -142,7 +144,7 @@ std::string progress_text(const ClusterPlan& plan, const ClusterFolder& folder, 
   if (!progress.merge_said.empty()) text += fmt::format("  the merge has failed: {}\n", progress.merge_said);
   text += complaints(folder);
   return text + fmt::format("  nothing waits or runs any more: tactor study {} --resume runs what is missing\n",
-                            folder.out().string());
+                            as_typed(folder.out().string()));
 }
 
 }  // namespace tactor

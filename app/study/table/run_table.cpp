@@ -138,8 +138,8 @@ std::string more_of(const RunResult& result) {
 void read_more(const std::string& text, RunResult& result) {
   const Json json = Json::parse(text, nullptr, false);
   if (!json.is_object()) return;
-  for (const Json& c : json["chosen"]) result.chosen.push_back({c[0], c[1], c[2], c[3]});
-  for (const Json& l : json["left_out"]) result.left_out.push_back({l[0], l[1]});
+  for (const Json& c : json.value("chosen", Json::array())) result.chosen.push_back({c[0], c[1], c[2], c[3]});
+  for (const Json& l : json.value("left_out", Json::array())) result.left_out.push_back({l[0], l[1]});
   result.reference.too_coarse = json.value("reference_too_coarse", "");
   result.devices = json.value("devices", std::size_t{0});
   for (const Json& n : json.value("no_force", Json::array())) result.no_force.push_back({n[0], n[1], n[2], n[3], n[4]});
@@ -194,13 +194,24 @@ struct RunTable::Database {
     execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
   }
 
-  [[nodiscard]] std::vector<bool> finished() const {
+  /// How many runs are planned.
+  [[nodiscard]] std::size_t size() const {
     Statement count(db, path, "SELECT count(*) FROM names");
     count.step();
-    std::vector<bool> there(static_cast<std::size_t>(count.integer(0)), false);
+    return static_cast<std::size_t>(count.integer(0));
+  }
+
+  [[nodiscard]] std::vector<bool> finished() const {
+    std::vector<bool> there(size(), false);
     Statement runs(db, path, "SELECT run FROM runs");
-    while (runs.step()) there[static_cast<std::size_t>(runs.integer(0))] = true;
+    while (runs.step()) there[number_of(runs.integer(0), there.size())] = true;
     return there;
+  }
+
+  /// The number of a run, of which `count` are planned.
+  [[nodiscard]] std::size_t number_of(std::int64_t run, std::size_t count) const {
+    if (run >= 0 && static_cast<std::uint64_t>(run) < count) return static_cast<std::size_t>(run);
+    throw RunError(fmt::format("{}: the table is damaged: it has a run {} of {}", path.string(), run, count));
   }
 
   void make(const TableIdentity& identity, const std::vector<RunName>& runs) const {
@@ -360,6 +371,7 @@ void RunTable::save_as(const fs::path& file) const {
 std::vector<RunRecord> RunTable::read() const {
   std::vector<RunRecord> records;
   std::map<std::int64_t, std::size_t> at;
+  const std::size_t planned = db_->size();
   Statement runs(
       db_->db, path_,
       "SELECT run, status, message, title, duration_s, cpu_s, wall_s, peak_memory_MB, control_us, more, graph, "
@@ -367,7 +379,7 @@ std::vector<RunRecord> RunTable::read() const {
       "ORDER BY run");
   while (runs.step()) {
     RunRecord record;
-    record.number = static_cast<std::size_t>(runs.integer(0));
+    record.number = db_->number_of(runs.integer(0), planned);
     record.status = status_of(runs.text(1));
     record.message = runs.text(2);
     RunResult& result = record.result;

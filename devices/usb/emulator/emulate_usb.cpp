@@ -135,6 +135,10 @@ void read_hand(const std::string& file, HandModel& hand) {
 /// The library that is loaded in front of the C library: beside the nodes.
 std::string preload_file() {
   const std::filesystem::path file = library_folder() / "tactor" / "tactor-usb-preload.so";
+  // The loader takes these for the end of a name.
+  if (file.string().find_first_of(" \t:;") != std::string::npos) {
+    throw InputError(file.string() + ": expected a folder without blanks, : and ;, which LD_PRELOAD cannot name");
+  }
   if (std::filesystem::exists(file)) return file.string();
   throw InputError(file.string() + " is missing; build or install tactor again");
 }
