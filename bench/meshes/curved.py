@@ -1,10 +1,15 @@
 """How far the force of a curved mesh depends on how finely it is divided: a tool slides over balls of triangles, against the finest."""
 import json
 import math
+import pathlib
 import subprocess
+import sys
 
 import h5py
 import numpy
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "graphs/transfer"))
+from shapes import write_off  # noqa: E402
 
 RADIUS = 0.04  # m
 FINEST = 6  # divisions of an icosahedron, each into four triangles
@@ -62,11 +67,6 @@ def icosphere(radius, divisions):
     return [radius * v for v in vertices], faces
 
 
-def write_off(path, vertices, faces):
-    path.write_text(f"OFF\n{len(vertices)} {len(faces)} 0\n" + "".join(f"{v[0]:.9g} {v[1]:.9g} {v[2]:.9g}\n" for v in vertices) +
-                    "".join(f"3 {f[0]} {f[1]} {f[2]}\n" for f in faces))
-
-
 def path():
     """Onto the ball and around it, 2 mm deep where a hand presses, half a radian to each side."""
     at = [(0, 0, 0.008)] + [(0.3 + 0.034 * i, 0.5 * math.sin(0.13 * i), -0.002) for i in range(50)]
@@ -89,18 +89,20 @@ def run(tactor, folder, name, tool, divisions):
 def rows(tactor, folder):
     """Of each tool and ball: faces, how deep a triangle lies below the ball in mm, error in parts of the force, us a query."""
     folder.mkdir(parents=True, exist_ok=True)
+    balls = {}
     for divisions in range(1, FINEST + 1):
-        write_off(folder / f"ball_{divisions}.off", *icosphere(RADIUS, divisions))
-    write_off(folder / "tool.off", *icosphere(0.005, 3))
+        vertices, faces = icosphere(RADIUS, divisions)
+        write_off((vertices, faces), folder / f"ball_{divisions}.off")
+        middle = min(numpy.linalg.norm(sum(vertices[i] for i in face) / 3) for face in faces)
+        balls[divisions] = {"faces": len(faces), "below_mm": 1e3 * (RADIUS - middle)}
+    write_off(icosphere(0.005, 3), folder / "tool.off")
     found = []
     for name, tool in TOOLS.items():
-        finest, slowest = run(tactor, folder, name.replace(" ", "_"), tool, FINEST)
+        runs = {n: run(tactor, folder, name.replace(" ", "_"), tool, n) for n in balls}
+        finest, _ = runs[FINEST]
         size = math.sqrt(numpy.mean(numpy.sum(finest ** 2, axis=1)))
-        for divisions in range(1, FINEST + 1):
-            force, cost = (finest, slowest) if divisions == FINEST else run(tactor, folder, name.replace(" ", "_"), tool, divisions)
+        for divisions, (force, cost) in runs.items():
             count = min(len(force), len(finest))
             error = math.sqrt(numpy.mean(numpy.sum((force[:count] - finest[:count]) ** 2, axis=1))) / size
-            vertices, faces = icosphere(RADIUS, divisions)
-            middle = min(numpy.linalg.norm(sum(vertices[i] for i in face) / 3) for face in faces)
-            found.append({"tool": name, "faces": len(faces), "below_mm": 1e3 * (RADIUS - middle), "error": error, "query_us": cost})
+            found.append({"tool": name, **balls[divisions], "error": error, "query_us": cost})
     return found

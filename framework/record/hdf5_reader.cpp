@@ -73,7 +73,7 @@ std::uint64_t rows_with_room(hid_t data, std::uint64_t record, std::uint64_t fil
       hsize_t rows = 0, chunks = 0;
       if (H5Pget_chunk(properties.get(), 1, &rows) != 1 || rows == 0) return 0;
       // HDF5 unpacks a whole chunk for a row, again and again where it is larger than what is kept.
-      if (rows > std::max<std::uint64_t>(1, layout::chunk_bytes / record)) return 0;
+      if (rows > layout::chunk_rows(record)) return 0;
       if (!is_packed_once(properties.get())) return 0;
       chunk_rows = rows;
       if (!space || H5Dget_num_chunks(data, space.get(), &chunks) < 0) return 0;

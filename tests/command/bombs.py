@@ -287,7 +287,7 @@ def _repacked(file, filters, size):
     name = sorted(file["streams"])[0]
     old = file[f"streams/{name}/data"]
     creation = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    creation.set_chunk((max(1, min(1024, (128 << 10) // old.dtype.itemsize)),))
+    creation.set_chunk(old.chunks)
     for _ in range(filters):
         creation.set_deflate(9)
     space = h5py.h5s.create_simple((old.shape[0],), (h5py.h5s.UNLIMITED,))

@@ -58,10 +58,10 @@ double fineness_of(const Extent& a, const Extent& b) {
 }
 
 /// How much a is preferred because it is sampled more finely, from -1 to 1, as far as the finer side is as deep as the
-/// other: a spike between the samples of a fine face is felt by its own.
-double preference_of(const Extent& a, const Extent& b, double margin) {
+/// other: a spike between the samples of a fine face is felt by its own. `finer`: the cube of fineness_of.
+double preference_of(const Extent& a, const Extent& b, double finer, double margin) {
   constexpr double slack = 2.5e-5;  // m, near touch
-  const double finer = cube(fineness_of(a, b)), preference = (finer - 1) / (finer + 1);
+  const double preference = (finer - 1) / (finer + 1);
   const Extent &fine = preference > 0 ? a : b, &coarse = preference > 0 ? b : a;
   const double missed = coarse.nearest - fine.nearest, deep = std::max(0.0, coarse.nearest - margin);
   return preference * std::clamp(1.5 - missed / (0.5 * deep + 2 * slack), 0.0, 1.0);
@@ -120,11 +120,12 @@ struct SideContacts {
   }
 };
 
-/// How much more of the rim is a's, from -1 to 1, as far as that side pushes all that the other one does.
-double lean_of(const Extent& a, const Extent& b, const SideContacts& by_a, const SideContacts& by_b, double margin) {
+/// How much more of the rim is a's, from -1 to 1, as far as that side pushes all that the other one does. `finer`: the
+/// cube of fineness_of.
+double lean_of(const Extent& a, const Extent& b, double finer, const SideContacts& by_a, const SideContacts& by_b,
+               double margin) {
   constexpr double little = 0.005;  // of all, where the rim begins to count
   const double rim_a = cube(a.rim), rim_b = cube(b.rim), rest = cube(little * (a.all + b.all));
-  const double finer = cube(fineness_of(a, b));
   const double of_a = rim_a > 0 ? rim_a / (rim_a + rim_b / finer + rest) : 0;
   const double of_b = rim_b > 0 ? rim_b / (rim_b + rim_a * finer + rest) : 0;
   const double lean = of_a - of_b;
@@ -255,9 +256,11 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
   // Only where both sides have some is there a choice. What capsules weigh is no area.
   if (part_a > 0 && part_b > 0 && a_.samples.weights.empty()) {
     const std::span<const std::uint64_t> keys(found.key);
-    const double lean = lean_of(of_a_side, of_b_side, {by_a, keys.subspan(first, by_a.size()), a_.samples.points},
-                                {by_b, keys.subspan(first_of_b), b_.samples.points}, margin_);
-    const double chosen = lean + (1 - std::abs(lean)) * preference_of(of_a_side, of_b_side, margin_);
+    const double finer = cube(fineness_of(of_a_side, of_b_side));
+    const double lean =
+        lean_of(of_a_side, of_b_side, finer, {by_a, keys.subspan(first, by_a.size()), a_.samples.points},
+                {by_b, keys.subspan(first_of_b), b_.samples.points}, margin_);
+    const double chosen = lean + (1 - std::abs(lean)) * preference_of(of_a_side, of_b_side, finer, margin_);
     part_a *= 1 + chosen;
     part_b *= 1 - chosen;
   }
