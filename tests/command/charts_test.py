@@ -33,15 +33,19 @@ class Charts(CommandTest):
         self.drawn = self.charts_of(self.report({}))
         self.assertIn("<polyline", self.drawn.replace("<path", "<polyline"))
 
-    def report(self, more, code=0, without=(), cwd=None, out="out"):
+    def report(self, more, code=0, without=(), cwd=None):
+        self.said, page = self.said_and_report(more, code, without, cwd)
+        return page
+
+    def said_and_report(self, more, code=0, without=(), cwd=None, out="out"):
         environment = {key: value for key, value in os.environ.items() if key not in without}
         environment.update(self.environment, **more)
         shutil.rmtree(self.folder / out, ignore_errors=True)
-        self.said = subprocess.run([TACTOR, "run", self.graph, "--out", self.folder / out], env=environment, cwd=cwd or self.folder,
-                                   capture_output=True, text=True, timeout=300, check=False)
-        self.assertEqual(self.said.returncode, code, self.said.stdout + self.said.stderr)
+        said = subprocess.run([TACTOR, "run", self.graph, "--out", self.folder / out], env=environment, cwd=cwd or self.folder,
+                              capture_output=True, text=True, timeout=300, check=False)
+        self.assertEqual(said.returncode, code, said.stdout + said.stderr)
         self.assertTrue(json.loads((self.folder / out / "summary.json").read_text()))
-        return (self.folder / out / "report.html").read_text()
+        return said, (self.folder / out / "report.html").read_text()
 
     @staticmethod
     def charts_of(page):
@@ -143,14 +147,14 @@ class OfGnuplot(Charts):
             return self.folder / f"process_{at}"
 
         def reported(at):
-            return self.report(self.fake(f"echo $$ > {mark(at)}\n{scripts[at]}", programs=f"programs_{at}"), out=f"out_{at}")
+            return self.said_and_report(self.fake(f"echo $$ > {mark(at)}\n{scripts[at]}", programs=f"programs_{at}"), out=f"out_{at}")
         # Each waits for half a minute, so all wait at once.
         with concurrent.futures.ThreadPoolExecutor(len(scripts)) as pool:
-            pages = list(pool.map(reported, range(len(scripts))))
-        for at, page in enumerate(pages):
+            found = list(pool.map(reported, range(len(scripts))))
+        for at, (said, page) in enumerate(found):
             self.assertIn("No chart: gnuplot took longer than 30 s and was ended", page)
+            self.assertIn("no chart: gnuplot took longer", said.stderr)
             self.assertEqual(self.members_of(int(mark(at).read_text())), [], scripts[at])
-        self.assertIn("no chart: gnuplot took longer", self.said.stderr)
 
     @staticmethod
     def members_of(group):

@@ -246,6 +246,7 @@ class OwnPhysics(CommandTest):
             self.assertIsNone(row["against"]["delivered_rms"])
             self.assertIsNone(row["against"]["ratio"]["delivered_rms"])
             self.assertNotIn("delivered.force.rms_error_N", row["metrics"])
+        self.assertIsNotNone(told["rows"][1]["against"]["one_step_rms"])
         report = (self.folder / "study/report.html").read_text()
         self.assertIn(why, report)
         self.nobody_is_best(report)

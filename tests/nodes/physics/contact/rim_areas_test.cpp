@@ -290,7 +290,7 @@ BOOST_AUTO_TEST_CASE(weights_change_continuously_while_a_block_turns_all_the_way
     for (int i = 0; i <= static_cast<int>(360 / step); ++i) {
       const Pose X{{0, 0, 0.03}, from_rotation_vector(i * step * degree / norm(axis) * axis)};
       const FoundContacts& found = alone.find(X);
-      // What faces away from the floor makes no contact.
+      // A sample that faces away from the floor makes no contact.
       std::vector<double> weight(samples.points.size());
       for (std::size_t c = 0; c < found.contact.size(); ++c) weight[sample_of(found.key[c])] = found.contact[c].weight;
       for (std::size_t s = 0; s < weight.size(); ++s) {
