@@ -12,13 +12,13 @@
 
 #include "app/new/new_graph.hpp"
 #include "app/new/new_project.hpp"
-#include "app/shell_word.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/file_lookup.hpp"
 #include "framework/core/installation.hpp"
+#include "framework/core/shell_word.hpp"
 #include "framework/yaml/file_finder.hpp"
 
 namespace tactor {

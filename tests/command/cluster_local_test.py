@@ -8,7 +8,7 @@ import subprocess
 import time
 import unittest
 
-from harness import GRAPHS, TACTOR, tactor
+from harness import GRAPHS, ROOT, TACTOR, tactor
 from study_crashes_test import CRASHING
 from study_harness import FAULT_NODES, RECORDED, StudyTest
 
@@ -115,6 +115,25 @@ class SameTable(ClusterTest):
         self.assert_same("here", "there")
         self.assertGreater(len({row for row in self.table("there", "SELECT status, message FROM runs")}), 1)
 
+
+    def test_a_job_that_waits_runs_the_script_that_was_submitted(self):
+        before = subprocess.Popen(["sleep", "600"])
+        try:
+            began = pathlib.Path(f"/proc/{before.pid}/stat").read_text().rsplit(") ")[1].split()[19]
+            script, trace = self.write("job.sh", f"echo submitted $TACTOR_TASK >> '{self.folder}/trace'\n"), self.folder / "trace"
+            systems = ROOT / "app/study/cluster/systems/local"
+            job = subprocess.run(["sh", systems / "submit.sh", script, self.folder / "log", "0", "2", "2", f"{before.pid}-{began}"],
+                                 capture_output=True, text=True, check=True).stdout.strip()
+            status = subprocess.run(["sh", systems / "status.sh", job], capture_output=True, text=True, check=True)
+            self.assertEqual(status.stdout, f"{job} waiting\n")
+            self.write("other.sh", f"echo replaced >> '{trace}'\n").rename(script)
+        finally:
+            before.kill()
+            before.wait()
+        until = time.monotonic() + 60
+        while time.monotonic() < until and not (trace.exists() and trace.read_text().count("\n") == 3):
+            time.sleep(0.05)
+        self.assertEqual(sorted(trace.read_text().splitlines()), [f"submitted {i}" for i in range(3)])
 
     def test_a_node_without_gnuplot_merges_and_says_that_charts_are_missing(self):
         programs = self.folder / "programs"

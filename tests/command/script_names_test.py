@@ -145,6 +145,19 @@ class OfTheEnvironment(Names):
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("no quotes round {...}", result.stderr)
 
+    def test_a_word_that_a_shell_hands_to_another_is_refused_and_a_script_that_ends_like_one_is_not(self):
+        refused = ("sh, -c, 'ssh host qsub {script}'", "bash, -c, 'cd x && sh -c {script}'", "ssh, host, 'eval {script}'",
+                   "sh, -c, 'x=$(ssh host echo {script})'", "ssh, host, 'su - -c {script}'", "sh, -c, '/usr/bin/ssh host {name} {script}'")
+        taken = ("sh, -c, 'echo 7 ./submit.sh {script}'", "sh, -c, 'echo 7 push finish {script}'", "sh, -c, 'echo 7 sh', '{script}'")
+        for code, members in ((2, refused), (0, taken)):
+            for at, submit in enumerate(members):
+                file = self.write("mine.yaml", f"submit: [{submit}]\nstatus: ['true']\ncancel: ['true']\nindex: I\n"
+                                               "states: {waiting: [Q], running: [R]}\n")
+                with self.subTest(submit):
+                    result = self.study_named("good", "--cluster", file, out=f"inner_{code}_{at}/good")
+                    self.assertEqual(result.returncode, code, result.stdout + result.stderr)
+                    self.assertEqual("no ssh, eval or other shell" in result.stderr, code == 2)
+
 
 class OfABundle(Names):
     def test_a_bundle_is_made_and_runs_whatever_its_name_is(self):
@@ -169,7 +182,12 @@ class OfABundle(Names):
             with self.subTest(name=name):
                 # Both end a name in LD_LIBRARY_PATH.
                 code = 2 if ":" in name or ";" in name else 0
-                for program, where, more in ((unpacked / "tactor", self.folder, {}), ("./tactor", unpacked, {"CDPATH": "/"})):
+                link = self.folder / "links/tactor"
+                link.parent.mkdir(exist_ok=True)
+                link.unlink(missing_ok=True)
+                link.symlink_to(unpacked / "tactor")
+                for program, where, more in ((unpacked / "tactor", self.folder, {}), ("./tactor", unpacked, {"CDPATH": "/"}),
+                                             (link, self.folder, {})):
                     said = subprocess.run([program, "--version"], capture_output=True, text=True, cwd=where, check=False,
                                           env={"PATH": "/usr/bin:/bin", **more})
                     self.assertEqual(said.returncode, code, said.stderr)

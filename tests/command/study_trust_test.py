@@ -37,7 +37,7 @@ class Trust(ClusterTest):
             self.assertEqual(result.returncode, 2, f"{options}\n{result.stdout}{result.stderr}")
             self.assertIn(f"{place}: ", result.stderr)
             self.assertIn(word, result.stderr)
-            self.assertRegex(result.stderr, "nothing was run|no command of the cluster file .* was run")
+            self.assertRegex(result.stderr, "nothing more is done|no command of the cluster file .* was run")
             self.assertFalse(self.trace.exists(), f"{options} ran a command of the study's folder")
 
     def believed(self, folder=None):
@@ -98,6 +98,25 @@ class WhatOthersMayWrite(Trust):
             file.unlink()
             kept.rename(file)
         self.believed()
+
+    def test_what_tasks_have_made_is_read_where_nobody_else_can_have_made_it(self):
+        runs = self.out / "cluster/runs"
+        for folder in (runs, self.out / "cluster/lost"):
+            self.assertEqual(folder.stat().st_mode & 0o022, 0)
+        shard = runs / "0000000.shard"
+        os.mkfifo(shard)  # nobody writes it: reading would wait for ever
+        self.assertIn(f"{shard}: is not a regular file", self.ask("--resume").stderr)
+        shard.unlink()
+        shard.write_bytes(b"")
+        shard.chmod(0o664)
+        self.assertIn(f"{shard}: other users may write it", self.ask("--resume").stderr)
+        shard.chmod(0o644)
+        runs.chmod(0o775)
+        result = self.ask("--resume")
+        self.assertEqual(result.returncode, 2, result.stderr)
+        self.assertIn(f"{runs}: other users may write it", result.stderr)
+        runs.chmod(0o755)
+        self.assertEqual(self.ask("--resume").returncode, 0)
 
     def test_links_of_the_user_to_a_folder_and_to_a_cluster_file_are_followed(self):
         link = self.folder / "link"

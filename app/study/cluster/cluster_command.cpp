@@ -13,12 +13,12 @@
 #include "app/progress_bar.hpp"
 #include "app/results_folder.hpp"
 #include "app/run/references.hpp"
-#include "app/shell_word.hpp"
 #include "app/study/cluster/cluster_plan.hpp"
 #include "app/study/cluster/cluster_system.hpp"
 #include "app/study/cluster/earlier_study.hpp"
 #include "app/study/cluster/intervals.hpp"
 #include "app/study/cluster/measure.hpp"
+#include "app/study/cluster/own_files.hpp"
 #include "app/study/cluster/progress.hpp"
 #include "app/study/cluster/submission.hpp"
 #include "app/study/cluster/submit.hpp"
@@ -26,6 +26,7 @@
 #include "app/study/run/study_metrics.hpp"
 #include "app/study/run/study_worker.hpp"
 #include "app/study/run/worker_pool.hpp"
+#include "framework/core/shell_word.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {

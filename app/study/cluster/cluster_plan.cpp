@@ -5,15 +5,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <nlohmann/json.hpp>
 
-#include "app/output.hpp"
+#include "app/study/cluster/own_files.hpp"
 #include "app/study/cluster/plan_fields.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "framework/core/disk_cache.hpp"
-#include "framework/core/input_file.hpp"
-#include "framework/core/kept_folder.hpp"
 
 namespace tactor {
 
@@ -167,49 +164,8 @@ bool ClusterFolder::is_there() const {
   return fs::exists(plan(), ignored);
 }
 
-namespace {
-
-/// `use(folder)`, where there is such a folder of this user alone.
-template <class Use>
-void with_own_folder(const fs::path& path, const Use& use) {
-  try {
-    if (const auto kept = KeptFolder::find(path, KeptFolder::Decides::programs)) use(*kept);
-  } catch (const RunError& error) {
-    throw InputError(
-        fmt::format("{}; nothing was run, because a study on a cluster names the commands to run", error.what()));
-  }
-}
-
-}  // namespace
-
 void demand_own(const ClusterFolder& folder) {
-  for (const fs::path& path : {folder.out(), folder.path()}) with_own_folder(path, [](const KeptFolder&) {});
-}
-
-std::optional<std::string> own_bytes(const ClusterFolder& folder, const fs::path& file) {
-  demand_own(folder);
-  std::optional<std::string> bytes;
-  with_own_folder(file.parent_path(), [&](const KeptFolder& kept) {
-    std::optional<FileDescriptor> opened = kept.open(file.filename().string());
-    if (!opened) return;
-    InputFile input{.file = std::move(*opened)};
-    bytes.emplace();
-    if (!input.read(*bytes, std::numeric_limits<std::int64_t>::max()))
-      throw RunError(file.string() + ": " + input.error);
-  });
-  return bytes;
-}
-
-void make_own_folder(const fs::path& folder) {
-  constexpr fs::perms others = fs::perms::group_write | fs::perms::others_write;
-  const fs::path above = folder.parent_path();
-  if (!above.empty()) make_folder(above);
-  std::error_code error;
-  const bool is_made = fs::create_directory(folder, error);
-  if (is_made) fs::permissions(folder, others, fs::perm_options::remove, error);
-  if (error) throw InputError("--out " + folder.string() + ": cannot make this folder: " + error.message());
-  // Somebody else may have made it since it was looked for.
-  if (!is_made) with_own_folder(folder, [](const KeptFolder&) {});
+  for (const fs::path& path : {folder.out(), folder.path()}) demand_own(path);
 }
 
 void write_plan(ClusterPlan& plan, const ClusterFolder& folder) {
@@ -221,7 +177,8 @@ void write_plan(ClusterPlan& plan, const ClusterFolder& folder) {
 
 ClusterPlan read_plan(const ClusterFolder& folder) {
   const std::string name = folder.plan().string();
-  const std::optional<std::string> there = own_bytes(folder, folder.plan());
+  demand_own(folder);
+  const std::optional<std::string> there = own_bytes(folder.plan());
   if (!there) throw InputError(name + ": expected the plan of a study on a cluster, found no file");
   const std::string& bytes = *there;
   const std::string header = plan_header();

@@ -106,14 +106,8 @@ class ClusterFolder {
   std::filesystem::path out_;
 };
 
-/// All bytes of a file that is in OUT/cluster or a folder there; nothing where there is none. Such files name programs
-/// that are started, so that InputError is thrown where OUT, the folder or the file are not those of this user alone
-/// (see KeptFolder).
-std::optional<std::string> own_bytes(const ClusterFolder& folder, const std::filesystem::path& file);
-/// Throws the same where OUT or OUT/cluster, as far as they are there, are not those of this user alone.
+/// Throws InputError where OUT or OUT/cluster, as far as they are there, are not of this user alone.
 void demand_own(const ClusterFolder& folder);
-/// Makes a folder that only this user may write, whatever new files are given by default; one that is there stays.
-void make_own_folder(const std::filesystem::path& folder);
 
 /// Writes plan.bin, and manifest.json, which says the same to people: what is run, and hashes of all that it depends
 /// on. Sets the plan's key.

@@ -3,15 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
 #include <charconv>
 #include <sstream>
 
 #include "app/command_output.hpp"
-#include "app/shell_word.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/control_characters.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/kept_folder.hpp"
+#include "framework/core/shell_word.hpp"
 #include "framework/core/text.hpp"
 #include "framework/yaml/diagnostics.hpp"
 #include "framework/yaml/yaml_tree.hpp"
@@ -58,18 +60,26 @@ std::string replaced(const std::string& text, const Found& found) {
   return out;
 }
 
+/// Whether a program of this name or path hands all of its words to a shell.
+bool is_remote_shell(const std::string& program) {
+  return fs::path(program).filename().string().ends_with("ssh");
+}
+bool is_shell(const std::string& program) {
+  constexpr std::array<std::string_view, 13> shells{"sh",  "bash", "dash", "ash", "zsh", "ksh", "mksh",
+                                                    "csh", "tcsh", "fish", "rsh", "su",  "eval"};
+  const std::string name = fs::path(program).filename().string();
+  return is_remote_shell(program) || std::find(shells.begin(), shells.end(), name) != shells.end();
+}
+
 /// Whether a shell reads a word of a command; ssh hands all of its words to one.
 bool is_for_shell(const CommandTemplate& command, std::size_t word) {
-  const auto is_called = [&](std::size_t at, std::string_view ending) {
-    return fs::path(command[at]).filename().string().ends_with(ending);
-  };
   if (word == 0) return false;
   if (command[word].starts_with("--wrap=") || command[word - 1] == "--wrap") return true;
   // `-c`, `-ec`, `-lc`: a text to run is the word after it.
   const std::string& before = command[word - 1];
   const bool is_text = before.starts_with('-') && !before.starts_with("--") && before.find('c') != std::string::npos;
   for (std::size_t at = 0; at < word; ++at) {
-    if (is_called(at, "ssh") || (is_text && at + 1 < word && is_called(at, "sh"))) return true;
+    if (is_remote_shell(command[at]) || (is_text && at + 1 < word && is_shell(command[at]))) return true;
   }
   return false;
 }
@@ -92,6 +102,23 @@ bool has_quoted_place(const std::string& word) {
     } else if (c == open) {
       open = 0;
     }
+  }
+  return false;
+}
+
+/// Whether a `{name}` stands in a word that a shell hands to another one, which would read its value once more.
+bool has_inner_shell(const std::string& word) {
+  const std::string none;
+  if (replaced(word, [&](const std::string&) { return none; }) == word) return false;
+  std::string name;
+  for (const char c : word + " ") {
+    if (!std::isspace(static_cast<unsigned char>(c)) &&
+        std::string_view(";&|()`$<>{}").find(c) == std::string_view::npos) {
+      name += c;
+      continue;
+    }
+    if (is_shell(name) || name == "--wrap") return true;
+    name.clear();
   }
   return false;
 }
@@ -191,7 +218,14 @@ class SystemReader {
         }
         return std::string();
       });
-      if (is_for_shell(found, i) && has_quoted_place(found[i])) {
+      if (!is_for_shell(found, i)) continue;
+      if (has_inner_shell(found[i])) {
+        diagnostics_.error(value->items[i].place, key +
+                                                      ": expected no ssh, eval or other shell in a word that a shell "
+                                                      "reads, because it reads {...} once more; call it by words of "
+                                                      "its own");
+      }
+      if (has_quoted_place(found[i])) {
         diagnostics_.error(value->items[i].place, key +
                                                       ": expected no quotes round {...} in a word that a shell reads, "
                                                       "because each value has its own");

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "app/shell_word.hpp"
+#include "framework/core/shell_word.hpp"
 
 namespace tactor {
 

@@ -11,6 +11,7 @@
 #include <fstream>
 #include <iterator>
 
+#include "app/study/cluster/own_files.hpp"
 #include "app/study/run/job_fields.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/disk_cache.hpp"
@@ -113,7 +114,7 @@ std::string bytes_of(const fs::path& file) {
 }  // namespace
 
 ShardWriter::ShardWriter(fs::path file, const ShardHead& head)
-    : path_(std::move(file)), file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666)) {
+    : path_(std::move(file)), file_(open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644)) {
   if (!file_) fail("write", path_);
   append(payload_of(FrameKind::head, head));
 }
@@ -167,9 +168,8 @@ Shard shard_of(const std::string& bytes) {
 }
 
 std::optional<Shard> read_shard(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return std::nullopt;
-  return shard_of(std::string(std::istreambuf_iterator<char>(stream), {}));
+  const std::optional<std::string> bytes = own_bytes(file);
+  return bytes ? std::optional(shard_of(*bytes)) : std::nullopt;
 }
 
 bool publish_first(const fs::path& from, const fs::path& to) {
@@ -211,12 +211,10 @@ void publish_checked(std::string_view bytes, const fs::path& to) {
 }
 
 std::optional<std::string> read_checked(const fs::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream) return std::nullopt;
-  std::string bytes(std::istreambuf_iterator<char>(stream), {});
-  if (bytes.size() < hash_digits) return std::nullopt;
-  std::string content = bytes.substr(hash_digits);
-  if (bytes.compare(0, hash_digits, frame_hash(content)) != 0) return std::nullopt;
+  const std::optional<std::string> bytes = own_bytes(file);
+  if (!bytes || bytes->size() < hash_digits) return std::nullopt;
+  std::string content = bytes->substr(hash_digits);
+  if (bytes->compare(0, hash_digits, frame_hash(content)) != 0) return std::nullopt;
   return content;
 }
 

@@ -65,7 +65,7 @@ class ShardWriter {
 Shard shard_of(const std::string& bytes);
 
 /// Reads what is whole of a file; nothing where there is no such file. Damage is no error: it is told, and the records
-/// before it count.
+/// before it count. Throws InputError where the file is not of this user alone (see own_bytes).
 std::optional<Shard> read_shard(const std::filesystem::path& file);
 
 /// Puts a copy of a finished file at `to`, which is on a file system that other machines share: written beside it,
@@ -78,7 +78,7 @@ void publish_last(const std::filesystem::path& from, const std::filesystem::path
 void publish_bytes(std::string_view bytes, const std::filesystem::path& to);
 /// The same with a checksum in front, which read_checked takes off.
 void publish_checked(std::string_view bytes, const std::filesystem::path& to);
-/// Nothing where the file is missing or damaged.
+/// Nothing where the file is missing or damaged. Throws InputError where it is not of this user alone.
 std::optional<std::string> read_checked(const std::filesystem::path& file);
 
 }  // namespace tactor

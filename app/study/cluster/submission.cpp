@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "app/study/cluster/own_files.hpp"
 #include "app/study/cluster/shard.hpp"
 
 namespace tactor {
@@ -20,7 +21,8 @@ fs::path file_of(const ClusterFolder& folder, std::size_t number) {
 }
 
 Json read_json(const ClusterFolder& folder, const fs::path& file) {
-  const std::optional<std::string> bytes = own_bytes(folder, file);
+  demand_own(folder);
+  const std::optional<std::string> bytes = own_bytes(file);
   if (!bytes) throw InputError(file.string() + ": expected what a command with --cluster has left, found no file");
   Json json = Json::parse(*bytes, nullptr, false);
   if (!json.is_object()) throw InputError(file.string() + ": its bytes are damaged");

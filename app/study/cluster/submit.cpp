@@ -12,12 +12,13 @@
 
 #include "app/command_output.hpp"
 #include "app/output.hpp"
-#include "app/shell_word.hpp"
 #include "app/study/cluster/intervals.hpp"
 #include "app/study/cluster/merge.hpp"
+#include "app/study/cluster/own_files.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
 #include "framework/core/control_characters.hpp"
+#include "framework/core/shell_word.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/core/text.hpp"
 
@@ -219,8 +220,8 @@ std::vector<Submission> submit_missing(const ClusterPlan& plan, const ClusterFol
   check_job_scripts(plan.spec, folder.out());
   std::error_code ignored;
   make_own_folder(folder.jobs());
-  fs::create_directories(folder.lost_reference(0).parent_path());
-  for (const Stage& stage : plan.stages) fs::create_directories(folder.shards(stage.kind));
+  make_own_folder(folder.lost_reference(0).parent_path());
+  for (const Stage& stage : plan.stages) make_own_folder(folder.shards(stage.kind));
   fs::remove(folder.merged(), ignored);
   fs::remove(folder.table(), ignored);
   return Submitter(plan, folder, system, options).run();

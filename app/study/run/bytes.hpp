@@ -116,8 +116,9 @@ class ByteReader {
       const std::string_view from = next(values.size() * sizeof(T));
       if (!from.empty()) std::memcpy(values.data(), from.data(), from.size());
     } else {
-      values.resize(count(1));
-      for (T& value : values) get(value);
+      values.clear();
+      // One by one: bytes that are not there must not cost what their values would.
+      for (std::size_t left = count(1); left > 0; --left) get(values.emplace_back());
     }
   }
   template <class K, class V, class C>

@@ -25,6 +25,7 @@
 #include "app/view/server/request_meter.hpp"
 #include "app/view/server/request_rules.hpp"
 #include "app/view/server/viewer_queue.hpp"
+#include "framework/core/shell_word.hpp"
 #include "framework/realtime/make_thread.hpp"
 
 namespace tactor {
@@ -222,8 +223,8 @@ class FoxgloveHub final : public FoxgloveServer {
     if (std::find(allowed_origins_.begin(), allowed_origins_.end(), name) != allowed_origins_.end()) return true;
     constexpr std::size_t longest = 256;  // that is worth telling
     if (name.size() <= longest && told_origins_.size() < most_origins_told && told_origins_.insert(name).second) {
-      source_.note("a page of " + name + " asked for the stream for Foxglove and was refused; --allow-origin " + name +
-                   " lets it in");
+      source_.note("a page of " + name + " asked for the stream for Foxglove and was refused; --allow-origin " +
+                   as_typed(name) + " lets it in");
     }
     return false;
   }

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "nodes/physics/mesh/mesh.hpp"
 #include "nodes/physics/mesh/mesh_report.hpp"
@@ -24,6 +25,6 @@ bool has_cgal_plugin();
 
 /// Loads the plugin. Throws InputError, beginning with `what_for`, where it is not installed or belongs to another
 /// build.
-const CgalPlugin& load_cgal_plugin(const std::string& what_for);
+const CgalPlugin& load_cgal_plugin(std::string_view what_for);
 
 }  // namespace tactor

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/core/shell_word.hpp"
 #include "nodes/physics/mesh/cgal_plugin.hpp"
 
 namespace tactor {
@@ -39,8 +40,8 @@ TriangleMesh make_solid(PolygonSoup soup, const std::string& file, MeshReport& r
 
 std::string repair_hint(const MeshReport& report, const std::string& file) {
   if (!report.repairable) return "";
-  return "; or try `tactor mesh repair " + file + " --out " + std::filesystem::path(file).stem().string() +
-         "_repaired.off`";
+  return "; or try `tactor mesh repair " + as_typed(file) + " --out " +
+         as_typed(std::filesystem::path(file).stem().string() + "_repaired.off") + "`";
 }
 
 bool repairs_meshes() {

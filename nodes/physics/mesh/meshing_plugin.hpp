@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <string>
+#include <string_view>
 
 #include "nodes/physics/mesh/mesh.hpp"
 #include "nodes/physics/mesh/mesh_change.hpp"
@@ -22,6 +23,6 @@ struct MeshingPlugin {
 
 /// Loads the plugin. Throws InputError, beginning with `what_for`, where it is not installed or belongs to another
 /// build.
-const MeshingPlugin& load_meshing_plugin(const std::string& what_for);
+const MeshingPlugin& load_meshing_plugin(std::string_view what_for);
 
 }  // namespace tactor

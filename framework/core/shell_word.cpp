@@ -1,6 +1,4 @@
-#include "app/shell_word.hpp"
-
-#include <fmt/format.h>
+#include "framework/core/shell_word.hpp"
 
 #include <algorithm>
 
@@ -11,10 +9,8 @@ namespace tactor {
 
 void refuse_control_characters(const std::string& text, const std::string& what) {
   if (!has_control_characters(text)) return;
-  throw InputError(
-      fmt::format("{}: expected a text without control characters, which scripts cannot hold, found \"{}\"; choose "
-                  "another",
-                  what, with_visible_controls(text)));
+  throw InputError(what + ": expected a text without control characters, which scripts cannot hold, found \"" +
+                   with_visible_controls(text) + "\"; choose another");
 }
 
 namespace {
