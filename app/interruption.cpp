@@ -95,6 +95,11 @@ void listen_for_interruption() {
   give(SIGXFSZ, Meaning::fails);
 }
 
+void stop_listening_for_interruption() {
+  for (const int number : asked_by_hand) std::signal(number, SIG_DFL);
+  if (is_interrupted()) raise(SIGTERM);
+}
+
 void ramp_down_on_signals() {
   for (const SignalRow& row : while_live) {
     for (int number = row.first; number <= row.last; ++number) give(number, row.meaning);

@@ -15,6 +15,10 @@ inline bool is_interrupted() {
 /// From now on Ctrl-C, SIGTERM and a terminal that closes count in `interruption`. To be called first.
 void listen_for_interruption();
 
+/// From now on Ctrl-C and SIGTERM end the program at once, as if nobody listened; so they do now where they have asked.
+/// For work that nothing can look up from, and that has nothing to save.
+void stop_listening_for_interruption();
+
 /// So does every other signal from now on that would end or stop the program and that a program can handle. To be
 /// called before a device is opened: a live run must not end or stop on the spot, because its device would go on with
 /// the last force that it got. A pipe that nobody reads makes a write fail, and ends nothing by itself.

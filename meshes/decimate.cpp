@@ -19,7 +19,9 @@ TriangleMesh decimate(const TriangleMesh& source, std::size_t faces, const std::
                    std::to_string(faces));
   }
   const SurfaceMesh surface = surface_of(mesh);
-  if (!CGAL::is_closed(surface) || !self_intersections(surface, 1).empty() || !is_outward_oriented(surface)) {
+  ReadBudget budget = budget_for_checks(name, soup_of(surface));
+  if (!CGAL::is_closed(surface) || !self_intersections(surface, 1, name, budget).empty() ||
+      !is_outward_oriented(surface)) {
     throw RunError(name + ": the decimated surface is open, cuts itself or looks inwards");
   }
   return mesh;

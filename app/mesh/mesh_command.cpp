@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "app/interruption.hpp"
 #include "app/mesh/mesh_units.hpp"
 #include "app/output.hpp"
 #include "app/terminal.hpp"
@@ -38,6 +39,13 @@ struct Verdict {
   std::optional<double> scale;  ///< that the graph has to give, or none
   std::string unit_note;        ///< where that was guessed, or empty
 };
+
+/// Reads a mesh, and lets go of the signals: checks and repairs do not look for them.
+MeshFile read_to_work_on(const fs::path& path) {
+  MeshFile file = read_mesh_file(path);
+  stop_listening_for_interruption();
+  return file;
+}
 
 Verdict judge(const MeshFile& file, const std::string& name, std::optional<double> scale) {
   Verdict verdict;
@@ -127,6 +135,7 @@ Json json_of(const MeshChange& change, double diagonal) {
 }
 
 void write_result(const MeshRequest& request, const fs::path& out, const MeshChange& change, double diagonal) {
+  listen_for_interruption();
   write_file(out, mesh_text(change.mesh, format_of_ending(out.string())));
   if (request.json) {
     Json json = json_of(change, diagonal);
@@ -194,7 +203,7 @@ MeshChange repaired(const PolygonSoup& soup, const MeshRepairRequest& request) {
 int check_mesh(const MeshCheckRequest& request) {
   need_plugin("check");
   const fs::path path = mesh_path(request.file);
-  const Verdict verdict = judge(read_mesh_file(path), path.string(), request.scale);
+  const Verdict verdict = judge(read_to_work_on(path), path.string(), request.scale);
   if (request.json) {
     Json json = json_of(verdict);
     json["file"] = path.string();
@@ -211,7 +220,7 @@ int repair_mesh(const MeshRepairRequest& request) {
   MeshRepairRequest of_file = request;
   of_file.file = mesh_path(request.file);
   const fs::path out = result_file(of_file.file, request.results);
-  const MeshFile file = read_mesh_file(of_file.file);
+  const MeshFile file = read_to_work_on(of_file.file);
   write_result(of_file, out, repaired(file.soup, of_file), diagonal_of(file.soup));
   return 0;
 }
@@ -221,7 +230,7 @@ int decimate_mesh(const MeshDecimateRequest& request) {
   const MeshingPlugin& plugin = load_meshing_plugin("tactor mesh decimate");
   const fs::path path = mesh_path(request.file);
   const fs::path out = result_file(path, request.results);
-  MeshFile file = read_mesh_file(path);
+  MeshFile file = read_to_work_on(path);
   const double diagonal = diagonal_of(file.soup);
   MeshReport report;
   const TriangleMesh solid = make_solid(std::move(file.soup), path.string(), report);
@@ -235,7 +244,7 @@ int show_mesh(const MeshRequest& request) {
   need_plugin("info");
   constexpr double density = 1000;  // kg/m^3
   const fs::path path = mesh_path(request.file);
-  const MeshFile file = read_mesh_file(path);
+  const MeshFile file = read_to_work_on(path);
   const MeshMeasures m = measures_of(file.soup);
   const Verdict verdict = judge(file, path.string(), std::nullopt);
   const bool closed = m.open_edges + m.shared_edges == 0 && m.faces > 0;

@@ -195,6 +195,13 @@ def off_prism(corners, step=1):
     return off(f"{2 * corners} {corners + 2}", points + sides + "".join(f"{corners} {' '.join(map(str, end))}\n" for end in ends))
 
 
+def off_cone(faces):
+    """A closed double cone: so many faces meet at each end, and each pair of them is looked at."""
+    around = "".join(f"{math.cos(2 * math.pi * n / faces):.7f} {math.sin(2 * math.pi * n / faces):.7f} 0\n" for n in range(faces))
+    sides = "".join(f"3 0 {2 + n} {2 + (n + 1) % faces}\n3 1 {2 + (n + 1) % faces} {2 + n}\n" for n in range(faces))
+    return off(f"{faces + 2} {2 * faces}", "0 0 1\n0 0 -1\n" + around + sides)
+
+
 def off_same_faces():
     return off("4 100000", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n" + "3 0 1 2\n" * 100_000)
 
@@ -257,7 +264,7 @@ def csv_wide():
 MESHES = {
     "announced.off": lambda: off_announced(2**62), "more.off": lambda: off_announced(10**9), "corners.off": off_corners,
     "polygon.off": lambda: off_polygon(30_000), "same.off": off_same_faces,
-    "prism.off": lambda: off_prism(10_000), "star.off": lambda: off_prism(10_007, 4_001),
+    "prism.off": lambda: off_prism(10_000), "wide_prism.off": lambda: off_prism(25_000), "cone.off": lambda: off_cone(30_000), "star.off": lambda: off_prism(10_007, 4_001),
     "polygon.obj": obj_polygon, "same.obj": obj_same_faces, "line.obj": obj_line,
     "announced.stl": stl_announced, "same.stl": stl_same_faces, "solids.stl": stl_solids,
     "announced.ply": lambda: ply_announced(2**63), "more.ply": lambda: ply_announced(4 * 10**9), "list.ply": ply_long_list,

@@ -115,6 +115,21 @@ class Bombs(CommandTest):
                     self.assertIn(f"interrupted while {path} was read", errors)
             path.unlink()
 
+    def test_a_request_to_end_ends_the_check_of_a_mesh(self):
+        path = self.written("prism.off", bombs.off_prism(8_000))
+        for number in (signal.SIGTERM, signal.SIGINT):
+            with self.subTest(number=number):
+                child = subprocess.Popen([TACTOR, "mesh", "check", path], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                         cwd=self.folder, env=dict(os.environ, **self.environment))
+                while not self.listens(child.pid, number) and child.poll() is None:
+                    time.sleep(0.001)
+                while self.listens(child.pid, number) and child.poll() is None:
+                    time.sleep(0.005)
+                child.send_signal(number)
+                if child.wait() == 0:
+                    self.skipTest("this machine is so busy that the mesh was checked before the request was made")
+                self.assertEqual(child.returncode, -number)
+
     def listens(self, pid, number):
         """Whether a process has a handler for that signal."""
         try:

@@ -33,7 +33,7 @@ std::string text(const Point& p) {
 class Repair {
  public:
   Repair(PolygonSoup soup, const std::string& file, MeshReport& report)
-      : file_(file), report_(report), faces_of_file_(soup.polygons.size()) {
+      : file_(file), report_(report), faces_of_file_(soup.polygons.size()), budget_(budget_for_checks(file, soup)) {
     if (soup.polygons.empty()) refuse("the file has no faces; export the surface as polygons");
     soup_ = tidy(std::move(soup), report);
     for (std::size_t i = 0; i < soup_.polygons.size(); ++i) {
@@ -151,7 +151,7 @@ class Repair {
              std::to_string(surface_.degree(*face)) +
              " corners and crosses itself, so that it cannot be cut into triangles; do that in a modeller");
     }
-    if (!cut_into_triangles(surface_, numbers_)) {
+    if (!cut_into_triangles(surface_, numbers_, file_, budget_)) {
       refuse("a face of more than three corners cannot be cut into triangles; do that in a modeller");
     }
     report_.repairs.push_back(counted(polygons, "polygon") + were(polygons) + "cut into triangles");
@@ -179,9 +179,9 @@ class Repair {
     report_.repairs.push_back(counted(flat, "face without area") + were(flat) + "removed");
   }
 
-  void check_self_intersection() const {
+  void check_self_intersection() {
     constexpr unsigned most = 1000;
-    const std::vector<std::pair<Face, Face>> pairs = self_intersections(surface_, most);
+    const std::vector<std::pair<Face, Face>> pairs = self_intersections(surface_, most, file_, budget_);
     if (pairs.empty()) return;
     std::pair<std::size_t, std::size_t> first{std::numeric_limits<std::size_t>::max(), 0};
     Face place;
@@ -257,6 +257,7 @@ class Repair {
   const std::string& file_;
   MeshReport& report_;
   const std::size_t faces_of_file_;
+  ReadBudget budget_;
   NumberedSoup soup_;
   bool inconsistent_ = false;
   std::vector<bool> turned_;  // by the number of a face in the file: it goes round the other way now

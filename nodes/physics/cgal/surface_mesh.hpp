@@ -4,12 +4,14 @@
 #include <array>
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 
+#include "framework/core/read_budget.hpp"
 #include "nodes/physics/mesh/mesh.hpp"
 #include "nodes/physics/mesh/polygon_soup.hpp"
 
@@ -49,8 +51,13 @@ TriangleMesh stitched(const std::vector<Point>& points, const std::vector<std::v
 /// cut such a face would take time and memory by the square of its corners.
 std::optional<Face> tangled_face(const SurfaceMesh& surface);
 
+/// What checks of a mesh of this size may cost, where their work grows by a square.
+ReadBudget budget_for_checks(const std::string& file, const PolygonSoup& soup);
+
 /// Cuts polygons of more than three corners; their triangles take over their numbers. False where one cannot be cut.
-bool cut_into_triangles(SurfaceMesh& surface, FaceNumbers numbers);
+/// Throws InputError, beginning with `file`, where a polygon has more corners than the budget allows: the work grows
+/// with their square.
+bool cut_into_triangles(SurfaceMesh& surface, FaceNumbers numbers, const std::string& file, ReadBudget& budget);
 
 /// Takes out vertices that no face has, such as those of faces that are gone.
 void remove_isolated_vertices(SurfaceMesh& surface);
@@ -59,8 +66,10 @@ void remove_isolated_vertices(SurfaceMesh& surface);
 /// them has to be looked for.
 void remove_flat_faces(SurfaceMesh& surface);
 
-/// Pairs of faces that meet where they are not neighbours, at most `most`.
-std::vector<std::pair<Face, Face>> self_intersections(const SurfaceMesh& surface, unsigned most);
+/// Pairs of faces that meet where they are not neighbours, at most `most`. Throws InputError, beginning with `file`,
+/// where a vertex has more faces than the budget allows: the work grows with their square.
+std::vector<std::pair<Face, Face>> self_intersections(const SurfaceMesh& surface, unsigned most,
+                                                      const std::string& file, ReadBudget& budget);
 
 /// True where outer shells look outwards and cavities into themselves.
 bool is_outward_oriented(const SurfaceMesh& surface);

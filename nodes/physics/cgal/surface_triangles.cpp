@@ -2,11 +2,24 @@
 
 #include <CGAL/Polygon_mesh_processing/triangulate_faces.h>
 
+#include "framework/core/check.hpp"
+
 namespace tactor {
 
 namespace pmp = CGAL::Polygon_mesh_processing;
 
 namespace {
+
+/// Charges the work before it is done.
+void charge(const SurfaceMesh& surface, FaceNumbers numbers, const std::string& file, ReadBudget& budget) {
+  for (const Face f : surface.faces()) {
+    const std::uint64_t corners = surface.degree(f);
+    if (corners <= 3 || budget.holds(corners * corners * ReadBudget::step_cost)) continue;
+    throw InputError(file + ": face " + std::to_string(numbers[f]) + " (counted from 0) has " +
+                     std::to_string(corners) +
+                     " corners, so that cutting the faces into triangles takes too long; do that in a modeller");
+  }
+}
 
 /// Carries the number of a polygon over to the triangles that it is cut into.
 struct KeepNumber : pmp::Triangulate_faces::Default_visitor<SurfaceMesh> {
@@ -20,7 +33,16 @@ struct KeepNumber : pmp::Triangulate_faces::Default_visitor<SurfaceMesh> {
 
 }  // namespace
 
-bool cut_into_triangles(SurfaceMesh& surface, FaceNumbers numbers) {
+ReadBudget budget_for_checks(const std::string& file, const PolygonSoup& soup) {
+  // About 11,500 corners, which take seconds.
+  constexpr std::uint64_t at_least = std::uint64_t{512} << 20U;
+  std::uint64_t bytes = soup.points.size() * sizeof(Vec3);
+  for (const auto& polygon : soup.polygons) bytes += polygon.size() * sizeof(std::size_t);
+  return {file, bytes, at_least};
+}
+
+bool cut_into_triangles(SurfaceMesh& surface, FaceNumbers numbers, const std::string& file, ReadBudget& budget) {
+  charge(surface, numbers, file, budget);
   std::size_t current = 0;
   return pmp::triangulate_faces(surface, CGAL::parameters::visitor(KeepNumber(numbers, &current)));
 }

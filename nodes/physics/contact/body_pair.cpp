@@ -157,29 +157,32 @@ bool BodyPair::may_meet(const Pose& X_WA, const Pose& X_WB) const {
   return dot(apart, apart) <= reach * reach;
 }
 
-/// The contact of a point of a, or of a ball about it, with b's surface, `n` being what b's distance gave at x_B.
-Contact BodyPair::of_a(const Pose& X_WA, const Pose& X_WB, const Vec3& p_A, double radius, const Nearest& n,
-                       const Vec3& x_B) const {
+/// The contact of a point of a, or of a ball about it, with b's surface, `n` being what b's distance gave there; all of
+/// it but weight and curvature.
+Contact BodyPair::of_a(const Pose& X_WA, const Pose& X_WB, const Vec3& p_A, double radius, const Nearest& n) const {
   Contact c{.stiffness = material_.stiffness, .damping = material_.damping, .friction = material_.friction};
   c.n_W = rotate(X_WB.R, n.gradient);
   c.p_TC = radius == 0 ? p_A : p_A - radius * rotate(inverse(X_WA.R), c.n_W);
   c.p_WC = transform(X_WB, n.p);
   c.distance = n.distance - radius;
-  c.H_W = turned(X_WB.R, b_.distance->hessian(n, x_B));
   return c;
 }
 
-/// The contact of a point of b, or of a ball about it, with a's surface, `n` being what a's distance gave at x_A.
-Contact BodyPair::of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, double radius, const Nearest& n,
-                       const Vec3& x_A) const {
+/// The same of a point of b with a's surface.
+Contact BodyPair::of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, double radius, const Nearest& n) const {
   Contact c{.stiffness = material_.stiffness, .damping = material_.damping, .friction = material_.friction};
   c.n_W = -rotate(X_WA.R, n.gradient);
   c.p_TC = n.p;
   c.p_WC = transform(X_WB, p_B) + radius * c.n_W;
   c.distance = n.distance - radius;
-  // The distance is as curved seen from the one body as from the other.
-  c.H_W = turned(X_WA.R, a_.distance->hessian(n, x_A));
   return c;
+}
+
+/// Contact::H_W where a point of a, or of b, is at x in the frame of the other body, whose distance gave n there. The
+/// distance is as curved seen from the one body as from the other.
+std::array<double, 6> BodyPair::curvature(bool from_b, const Pose& X_WA, const Pose& X_WB, const Nearest& n,
+                                          const Vec3& x) const {
+  return from_b ? turned(X_WA.R, a_.distance->hessian(n, x)) : turned(X_WB.R, b_.distance->hessian(n, x));
 }
 
 /// Of the sample in that contact, all of which is known but the weight; in patches.
@@ -211,9 +214,10 @@ void BodyPair::find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& foun
   ball_->asked_at = x;
   ball_->asked = true;
   if (ball_->last.distance >= reach) return;
-  add(ball_is_a_ ? of_a(X_WA, X_WB, {}, ball_->radius, ball_->last, x)
-                 : of_b(X_WA, X_WB, {}, ball_->radius, ball_->last, x),
-      1, !ball_is_a_, 0, found);
+  Contact contact =
+      ball_is_a_ ? of_a(X_WA, X_WB, {}, ball_->radius, ball_->last) : of_b(X_WA, X_WB, {}, ball_->radius, ball_->last);
+  contact.H_W = curvature(!ball_is_a_, X_WA, X_WB, ball_->last, x);
+  add(contact, 1, !ball_is_a_, 0, found);
 }
 
 void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, int* left) {
@@ -236,10 +240,11 @@ void BodyPair::find(const Pose& X_WA, const Pose& X_WB, FoundContacts& found, in
       const auto i = static_cast<std::size_t>(n.sample);
       const SurfaceSample& sample = body.samples.points[i];
       const double radius = sample_radius(body, i);
-      const Contact c = from_b ? of_b(X_WA, X_WB, sample.p, radius, n.nearest, transform(X_AB, sample.p))
-                               : of_a(X_WA, X_WB, sample.p, radius, n.nearest, transform(X_BA, sample.p));
+      Contact c =
+          from_b ? of_b(X_WA, X_WB, sample.p, radius, n.nearest) : of_a(X_WA, X_WB, sample.p, radius, n.nearest);
       const double w = weight(c, from_b, i, from_b ? X_WB.R : X_WA.R);
       if (!(w > 0)) continue;
+      c.H_W = curvature(from_b, X_WA, X_WB, n.nearest, transform(from_b ? X_AB : X_BA, sample.p));
       extent.add(w, margin_ - n.distance, sample.crease >= 0);
       add(c, w, from_b, i, found);
     }
@@ -283,7 +288,8 @@ Contact BodyPair::at(std::uint64_t key, const Pose& X_WA, const Pose& X_WB, cons
   const double radius = ball_ ? ball_->radius : sample_radius(body, i);
   const Vec3 x = transform(inverse(X_WO), transform(X_WK, p));
   const Nearest nearest = other.distance->nearest(x);
-  Contact contact = from_b ? of_b(X_WA, X_WB, p, radius, nearest, x) : of_a(X_WA, X_WB, p, radius, nearest, x);
+  Contact contact = from_b ? of_b(X_WA, X_WB, p, radius, nearest) : of_a(X_WA, X_WB, p, radius, nearest);
+  contact.H_W = curvature(from_b, X_WA, X_WB, nearest, x);
   contact.weight = ball_ ? 1 : (from_b ? shares.b : shares.a) * weight(contact, from_b, i, X_WK.R);
   return contact;
 }

@@ -1,6 +1,7 @@
 // The contacts of two bodies, at least one of which moves.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -85,10 +86,12 @@ class BodyPair {
   [[nodiscard]] bool may_meet(const Pose& X_WA, const Pose& X_WB) const;
   void find_ball(const Pose& X_WA, const Pose& X_WB, FoundContacts& found);
   void add(Contact contact, double weight, bool from_b, std::size_t sample, FoundContacts& found) const;
-  [[nodiscard]] Contact of_a(const Pose& X_WA, const Pose& X_WB, const Vec3& p_A, double radius, const Nearest& n,
-                             const Vec3& x_B) const;
-  [[nodiscard]] Contact of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, double radius, const Nearest& n,
-                             const Vec3& x_A) const;
+  [[nodiscard]] Contact of_a(const Pose& X_WA, const Pose& X_WB, const Vec3& p_A, double radius,
+                             const Nearest& n) const;
+  [[nodiscard]] Contact of_b(const Pose& X_WA, const Pose& X_WB, const Vec3& p_B, double radius,
+                             const Nearest& n) const;
+  [[nodiscard]] std::array<double, 6> curvature(bool from_b, const Pose& X_WA, const Pose& X_WB, const Nearest& n,
+                                                const Vec3& x) const;
 
   const ContactBody& a_;
   const ContactBody& b_;

@@ -23,7 +23,8 @@ MeshChange decimated_solid(const TriangleMesh& solid, std::size_t faces, const s
                      " faces without folding the surface; ask for as many");
   }
   MeshChange change;
-  if (!self_intersections(surface_of(mesh), 1).empty()) {
+  ReadBudget budget = budget_for_checks(file, soup_of(mesh));
+  if (!self_intersections(surface_of(mesh), 1, file, budget).empty()) {
     mesh = untangled(mesh);
     change.changes.emplace_back("places where the coarser surface cut itself were smoothed or filled anew");
   }

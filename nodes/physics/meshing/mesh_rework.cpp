@@ -48,7 +48,8 @@ class Rework {
     soup_ = tidy(polygons, told);
     file_polygons_ = std::move(polygons);
     change_.changes = told.repairs;
-    cut_polygons();
+    ReadBudget budget = budget_for_checks(file_, file_polygons_);
+    cut_polygons(budget);
     keep_original();
     if (options_.wrap) {
       orient();
@@ -60,7 +61,7 @@ class Rework {
       fill();
       part_what_touches();
       mesh_ = without_flat_faces(mesh_);
-      untangle();
+      untangle(budget);
     }
     check();
     measure();
@@ -71,13 +72,13 @@ class Rework {
   void tell(std::string change) { change_.changes.push_back(std::move(change)); }
   std::string share(double length) const { return short_text(100 * length / diagonal_) + " % of the diagonal"; }
 
-  void cut_polygons() {
+  void cut_polygons(ReadBudget& budget) {
     NumberedSoup cut{std::move(soup_.points), {}, {}};
     std::size_t polygons = 0;
     for (std::size_t i = 0; i < soup_.polygons.size(); ++i) {
       const auto& p = soup_.polygons[i];
       polygons += p.size() > 3 ? 1 : 0;
-      for (const auto& t : triangles_of_polygon(cut.points, p)) {
+      for (const auto& t : triangles_of_polygon(cut.points, p, soup_.numbers[i], budget)) {
         cut.polygons.push_back(t);
         cut.numbers.push_back(soup_.numbers[i]);
       }
@@ -86,16 +87,17 @@ class Rework {
     if (polygons > 0) tell(counted(polygons, "polygon") + were(polygons) + "cut into triangles");
   }
 
-  static std::vector<std::vector<std::size_t>> triangles_of_polygon(const std::vector<Vec3>& points,
-                                                                    const std::vector<std::size_t>& polygon) {
+  std::vector<std::vector<std::size_t>> triangles_of_polygon(const std::vector<Vec3>& points,
+                                                             const std::vector<std::size_t>& polygon,
+                                                             std::size_t number, ReadBudget& budget) const {
     if (polygon.size() == 3) return {polygon};
     SurfaceMesh surface;
     std::vector<SurfaceMesh::Vertex_index> corners;
     for (const std::size_t c : polygon) corners.push_back(surface.add_vertex({points[c].x, points[c].y, points[c].z}));
     surface.add_face(corners);
-    const FaceNumbers numbers = surface.add_property_map<Face, std::size_t>("f:number", 0).first;
+    const FaceNumbers numbers = surface.add_property_map<Face, std::size_t>("f:number", number).first;
     std::vector<std::vector<std::size_t>> triangles;
-    if (surface.number_of_faces() == 1 && cut_into_triangles(surface, numbers)) {
+    if (surface.number_of_faces() == 1 && cut_into_triangles(surface, numbers, file_, budget)) {
       for (const auto& f : triangles_of(surface).faces) {
         triangles.emplace_back();
         for (const int corner : f) triangles.back().push_back(polygon[static_cast<std::size_t>(corner)]);
@@ -289,10 +291,10 @@ class Rework {
   }
 
   /// Bodies that cut themselves are smoothed there, bodies that overlap are united.
-  void untangle() {
+  void untangle(ReadBudget& budget) {
     for (int round = 0; round < 3; ++round) {
       constexpr unsigned most = 1'000'000;
-      const std::vector<std::pair<Face, Face>> pairs = self_intersections(surface_of(mesh_), most);
+      const std::vector<std::pair<Face, Face>> pairs = self_intersections(surface_of(mesh_), most, file_, budget);
       if (pairs.empty()) return;
       const auto [body, count] = bodies_of(mesh_);
       std::vector<std::size_t> inner(count, 0);

@@ -1,8 +1,10 @@
 #include "nodes/physics/meshing/soup_rework.hpp"
 
 #include <algorithm>
-#include <array>
-#include <limits>
+#include <boost/geometry/algorithms/disjoint.hpp>
+#include <boost/geometry/geometries/box.hpp>
+#include <boost/geometry/geometries/point.hpp>
+#include <boost/geometry/index/rtree.hpp>
 #include <map>
 #include <numeric>
 #include <utility>
@@ -29,7 +31,7 @@ std::map<Edge, std::vector<std::size_t>> faces_at_edges(const NumberedSoup& soup
   return found;
 }
 
-/// The points of open edges, by their x.
+/// The points of open edges, by their numbers.
 std::vector<std::size_t> rim_points(const NumberedSoup& soup) {
   std::vector<std::size_t> points;
   for (const auto& [edge, faces] : faces_at_edges(soup)) {
@@ -37,19 +39,30 @@ std::vector<std::size_t> rim_points(const NumberedSoup& soup) {
   }
   std::sort(points.begin(), points.end());
   points.erase(std::unique(points.begin(), points.end()), points.end());
-  std::stable_sort(points.begin(), points.end(),
-                   [&](std::size_t i, std::size_t j) { return soup.points[i].x < soup.points[j].x; });
   return points;
 }
 
-/// The points of `sorted` whose x is in the range.
-template <class Work>
-void for_each_between(const NumberedSoup& soup, const std::vector<std::size_t>& sorted, double low, double high,
-                      const Work& work) {
-  auto at = std::lower_bound(sorted.begin(), sorted.end(), low,
-                             [&](std::size_t i, double x) { return soup.points[i].x < x; });
-  for (; at != sorted.end() && soup.points[*at].x <= high; ++at) work(*at);
-}
+/// Points of a soup by their places.
+class PointTree {
+ public:
+  explicit PointTree(const NumberedSoup& soup) : soup_(soup) {}
+  void insert(std::size_t i) { tree_.insert({tree_point(soup_.points[i]), i}); }
+  /// Calls `work(i)` for each point within `reach` of the box that two points span, in any order.
+  template <class Work>
+  void for_each_near(const Vec3& a, const Vec3& b, double reach, const Work& work) const {
+    const Vec3 low{std::min(a.x, b.x) - reach, std::min(a.y, b.y) - reach, std::min(a.z, b.z) - reach};
+    const Vec3 high{std::max(a.x, b.x) + reach, std::max(a.y, b.y) + reach, std::max(a.z, b.z) + reach};
+    const boost::geometry::model::box<TreePoint> box(tree_point(low), tree_point(high));
+    for (auto at = tree_.qbegin(boost::geometry::index::intersects(box)); at != tree_.qend(); ++at) work(at->second);
+  }
+
+ private:
+  using TreePoint = boost::geometry::model::point<double, 3, boost::geometry::cs::cartesian>;
+  static TreePoint tree_point(const Vec3& p) { return {p.x, p.y, p.z}; }
+
+  const NumberedSoup& soup_;
+  boost::geometry::index::rtree<std::pair<TreePoint, std::size_t>, boost::geometry::index::quadratic<16>> tree_;
+};
 
 void drop_collapsed(NumberedSoup& soup) {
   std::vector<bool> drop(soup.polygons.size(), false);
@@ -136,17 +149,21 @@ std::size_t merge_rims(NumberedSoup& soup, double reach) {
   const std::vector<std::size_t> rim = rim_points(soup);
   std::vector<std::size_t> now(soup.points.size());
   std::iota(now.begin(), now.end(), std::size_t{0});
-  std::vector<bool> stays(soup.points.size(), false);
+  PointTree stay(soup);
   std::size_t merged = 0;
   for (const std::size_t i : rim) {
     // To the nearest of those that stay, so that nothing wanders along a chain of near points.
-    double best = reach;
-    for_each_between(soup, rim, soup.points[i].x - reach, soup.points[i].x, [&](std::size_t j) {
+    std::pair best{reach, i};
+    stay.for_each_near(soup.points[i], soup.points[i], reach, [&](std::size_t j) {
       const double d = norm(soup.points[i] - soup.points[j]);
-      if (stays[j] && d < best) best = d, now[i] = j;
+      if (d < reach) best = std::min(best, {d, j});
     });
-    stays[i] = now[i] == i;
-    merged += stays[i] ? 0 : 1;
+    now[i] = best.second;
+    if (now[i] == i) {
+      stay.insert(i);
+    } else {
+      ++merged;
+    }
   }
   for (auto& polygon : soup.polygons) {
     for (std::size_t& corner : polygon) corner = now[corner];
@@ -156,7 +173,8 @@ std::size_t merge_rims(NumberedSoup& soup, double reach) {
 }
 
 std::size_t cut_at_rims(NumberedSoup& soup, double reach) {
-  const std::vector<std::size_t> rim = rim_points(soup);
+  PointTree rim(soup);
+  for (const std::size_t i : rim_points(soup)) rim.insert(i);
   std::size_t cuts = 0;
   std::vector<std::pair<Edge, std::size_t>> open;
   for (const auto& [edge, faces] : faces_at_edges(soup)) {
@@ -167,15 +185,16 @@ std::size_t cut_at_rims(NumberedSoup& soup, double reach) {
     if (changed[face]) continue;  // in the next round
     const Vec3 a = soup.points[edge.first], b = soup.points[edge.second];
     const double length = norm(b - a);
-    std::size_t best = soup.points.size();
-    double nearest = reach;
-    for_each_between(soup, rim, std::min(a.x, b.x) - reach, std::max(a.x, b.x) + reach, [&](std::size_t i) {
+    const std::size_t none = soup.points.size();
+    std::pair nearest{reach, none};
+    rim.for_each_near(a, b, reach, [&](std::size_t i) {
       const double t = dot(soup.points[i] - a, b - a) / (length * length);
       const double beside = norm(soup.points[i] - (a + t * (b - a)));
-      if (t * length > reach && (1 - t) * length > reach && beside <= nearest) nearest = beside, best = i;
+      if (t * length > reach && (1 - t) * length > reach) nearest = std::min(nearest, {beside, i});
     });
+    const std::size_t best = nearest.second;
     const auto& p = soup.polygons[face];
-    if (best == soup.points.size() || std::find(p.begin(), p.end(), best) != p.end()) continue;
+    if (best == none || std::find(p.begin(), p.end(), best) != p.end()) continue;
     std::size_t k = 0;
     while (edge_of(p[k], p[(k + 1) % 3]) != edge) ++k;
     const std::vector<std::size_t> first{p[k], best, p[(k + 2) % 3]}, second{best, p[(k + 1) % 3], p[(k + 2) % 3]};
