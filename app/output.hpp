@@ -34,8 +34,16 @@ inline std::function<void(const std::string&)> once(std::function<void(const std
   };
 }
 
-/// Writes a file whole; throws RunError where the disk refuses.
+/// Whether the name is taken, be it by a link that leads nowhere: whoever wrote there would make a file elsewhere.
+inline bool is_taken(const std::filesystem::path& path) {
+  std::error_code ignored;
+  return std::filesystem::exists(std::filesystem::symlink_status(path, ignored));
+}
+
+/// Writes a file whole, in place of a link that leads nowhere; throws RunError where the disk refuses.
 inline void write_file(const std::filesystem::path& path, const std::string& text) {
+  std::error_code ignored;
+  if (is_taken(path) && !std::filesystem::exists(path, ignored)) std::filesystem::remove(path, ignored);
   std::ofstream file(path, std::ios::binary);
   file << text;
   if (!file.flush()) throw RunError("cannot write " + path.string());

@@ -35,16 +35,14 @@ constexpr std::size_t telling = 4;  // of left_by_runs: what tells that a comman
 
 /// The first result of a run or a comparison that lies in the folder; empty where none does.
 std::string found_in(const fs::path& folder, std::size_t names = left_by_runs.size()) {
-  std::error_code ignored;
   for (const std::string_view name : std::span(left_by_runs).first(names)) {
-    if (fs::exists(folder / name, ignored)) return std::string(name);
+    if (is_taken(folder / name)) return std::string(name);
   }
   return {};
 }
 
 bool holds_results(const fs::path& folder) {
-  std::error_code ignored;
-  return !found_in(folder).empty() || fs::exists(folder / study_table, ignored);
+  return !found_in(folder).empty() || is_taken(folder / study_table);
 }
 
 /// `out/duck` with a number behind: `out/duck_2`.
@@ -82,8 +80,7 @@ FileLock::FileLock(const fs::path& file, const std::string& what) {
 fs::path results_folder(const fs::path& chosen, const ResultsRequest& request) {
   if (request.out || request.overwrite) {
     const fs::path folder = request.out.value_or(chosen);
-    std::error_code ignored;
-    if (fs::exists(folder / study_table, ignored)) {
+    if (is_taken(folder / study_table)) {
       throw InputError(
           fmt::format("--out {}: expected a folder for this command, found the runs of a study; name "
                       "another --out",
@@ -156,11 +153,10 @@ void refuse_results_of_runs(const fs::path& folder) {
 
 fs::path results_file(const fs::path& chosen, const std::vector<std::string>& beside, const ResultsRequest& request) {
   const auto found = [&beside](const fs::path& file) -> std::string {
-    std::error_code ignored;
-    if (fs::exists(file, ignored)) return file.filename().string();
+    if (is_taken(file)) return file.filename().string();
     for (const std::string& ending : beside) {
       const fs::path other = fs::path(file).replace_extension(ending);
-      if (fs::exists(other, ignored)) return other.filename().string();
+      if (is_taken(other)) return other.filename().string();
     }
     return {};
   };

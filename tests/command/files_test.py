@@ -6,7 +6,7 @@ import subprocess
 import unittest
 
 from harness import (EDGES_OF_A_SMALL_GRAPH, IS_SANITIZED, PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_meshes,
-                     needs_devices, needs_hdf5)
+                     needs_devices, needs_hdf5, tactor)
 
 try:
     import h5py
@@ -38,6 +38,30 @@ class KeptFiles(CommandTest):
         self.assertEqual(len(kept), 1)
         self.assertEqual(kept[0].stat().st_mode & 0o7777, 0o600)
         self.assertEqual(kept[0].parent.stat().st_mode & 0o7777, 0o700)
+
+
+class LinksInTheFolderOfResults(CommandTest):
+    """A folder of a stranger may hold links that lead out of it."""
+
+    @needs_hdf5
+    def test_no_result_is_written_through_a_link_that_leads_nowhere(self):
+        run = ("run", ROOT / "graphs/wall/refit.yaml", "--duration", "0.1 s", "--out", self.folder / "out")
+        names = ("summary.json", "recording.h5", "report.html", "graph.yaml")
+        (self.folder / "out").mkdir()
+        for name in names:
+            (self.folder / "out" / name).symlink_to(self.folder / "elsewhere" / name)
+        (self.folder / "elsewhere").mkdir()
+        for name in names:
+            with self.subTest(name):
+                result = tactor(*run, environment=self.environment)
+                self.assertEqual(result.returncode, 2, result.stderr)
+                self.assertIn(f"found {name}", result.stderr)
+                (self.folder / "out" / name).unlink()
+        for name in names:
+            (self.folder / "out" / name).symlink_to(self.folder / "elsewhere" / name)
+        self.run_ok(*run, "--overwrite")
+        self.assertEqual(list((self.folder / "elsewhere").iterdir()), [])
+        self.assertGreater((self.folder / "out/summary.json").stat().st_size, 100)
 
 
 class InputFiles(CommandTest):

@@ -57,6 +57,21 @@ class Resume(StudyTest):
                 result = self.study(self.text, "out", "--resume", code=1)
                 self.assertRegex(result.stderr, r"study\.sqlite: the table is damaged: it has a run -?\d+ of 2")
 
+    def test_a_table_that_holds_a_program_is_refused(self):
+        self.study(self.text, "out")
+        whole = self.file.read_bytes()
+        endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i AS key, i AS value FROM n"
+        for kind, program in (("view identity", f"DROP TABLE identity; CREATE VIEW identity AS {endless}"),
+                              ("view more", f"CREATE VIEW more AS {endless}"),
+                              ("trigger t", "CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM names; END")):
+            with sqlite3.connect(self.file) as db:
+                db.executescript(program)
+            db.close()
+            with self.subTest(kind):
+                result = self.study(self.text, "out", "--resume", code=2)
+                self.assertIn(f"study.sqlite: expected a table of runs, found the {kind} in it", result.stderr)
+            self.file.write_bytes(whole)
+
     def test_a_table_that_lacks_what_a_run_told_beside_its_metrics_is_read(self):
         self.study(self.text, "out")
         with sqlite3.connect(self.file) as db:

@@ -181,6 +181,15 @@ struct RunTable::Database {
       throw RunError(fmt::format("{}: {}", path.string(), sqlite3_errmsg(db)));
     }
   }
+  /// A view may go on for ever, and a trigger does what its writer wants with what is added.
+  void refuse_programs() const {
+    execute("PRAGMA trusted_schema=OFF");
+    Statement others(db, path, "SELECT type || ' ' || name FROM sqlite_master WHERE type NOT IN ('table', 'index')");
+    if (others.step()) {
+      throw InputError(fmt::format("{}: expected a table of runs, found the {} in it; --overwrite begins anew",
+                                   path.string(), others.text(0)));
+    }
+  }
   void open_file() {
     // Where the file system has no locks, SQLite could open nothing. `lock` keeps other writers away there too.
     const bool has_locks = region_lock() != LockAnswer::none;
@@ -192,6 +201,7 @@ struct RunTable::Database {
     sqlite3_busy_handler(db, wait_for_reader, nullptr);
     if (!has_locks) execute("PRAGMA locking_mode=EXCLUSIVE;");  // WAL without it needs memory that is shared by locks
     execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
+    refuse_programs();
   }
 
   /// How many runs are planned.
