@@ -109,7 +109,7 @@ class FaultRun(CachedTest):
         try:
             with h5py.File(self.out / "recording.h5", swmr=True) as file:
                 data = file["streams/device.commanded/data"][...]
-        except (OSError, KeyError):  # not begun yet
+        except (OSError, KeyError, RuntimeError):  # not begun, or just being begun
             return numpy.zeros(1), numpy.zeros(1)
         return data["valid_ns"] * 1e-9, numpy.linalg.norm(data["force"], axis=1)
 
