@@ -1,10 +1,9 @@
 #include "nodes/physics/cgal/surface_mesh.hpp"
 
-#include <array>
-#include <cstdio>
 #include <iterator>
 
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/box_intersection_d.h>
 
 #include "framework/core/check.hpp"
 
@@ -14,17 +13,22 @@ namespace pmp = CGAL::Polygon_mesh_processing;
 
 namespace {
 
-/// Charges the pairs of faces that share a vertex, which are all looked at.
+/// Charges each pair of faces whose boxes overlap, because CGAL looks at all of them.
 void charge(const SurfaceMesh& surface, const std::string& file, ReadBudget& budget) {
-  for (const auto v : surface.vertices()) {
-    const std::uint64_t faces = surface.degree(v);
-    if (budget.holds(faces * faces * ReadBudget::step_cost)) continue;
-    const Point& p = surface.point(v);
-    std::array<char, 100> place{};
-    std::snprintf(place.data(), place.size(), "(%.6g, %.6g, %.6g)", p.x(), p.y(), p.z());
-    throw InputError(file + ": " + std::to_string(faces) + " faces meet at " + place.data() +
-                     ", so that looking for faces that cut each other takes too long; use fewer and wider faces there");
+  using Box = CGAL::Box_intersection_d::Box_with_info_d<double, 3, Face, CGAL::Box_intersection_d::ID_FROM_BOX_ADDRESS>;
+  std::vector<Box> boxes;
+  boxes.reserve(surface.number_of_faces());
+  for (const Face f : surface.faces()) {
+    const auto [a, b, c] = corners_of(surface, f);
+    boxes.emplace_back(surface.point(a).bbox() + surface.point(b).bbox() + surface.point(c).bbox(), f);
   }
+  CGAL::box_self_intersection_d(boxes.begin(), boxes.end(), [&](const Box& /*one*/, const Box& /*other*/) {
+    if (budget.holds(ReadBudget::step_cost)) return;
+    throw InputError(
+        file +
+        ": looking for faces that cut each other takes too long: too many are long and thin, or meet at one "
+        "vertex; remesh it with fewer or rounder faces");
+  });
 }
 
 }  // namespace

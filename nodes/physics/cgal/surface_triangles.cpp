@@ -12,13 +12,17 @@ namespace {
 
 /// Charges the work before it is done.
 void charge(const SurfaceMesh& surface, FaceNumbers numbers, const std::string& file, ReadBudget& budget) {
+  std::uint64_t work = 0;
+  Face widest = SurfaceMesh::null_face();
   for (const Face f : surface.faces()) {
     const std::uint64_t corners = surface.degree(f);
-    if (corners <= 3 || budget.holds(corners * corners * ReadBudget::step_cost)) continue;
-    throw InputError(file + ": face " + std::to_string(numbers[f]) + " (counted from 0) has " +
-                     std::to_string(corners) +
-                     " corners, so that cutting the faces into triangles takes too long; do that in a modeller");
+    if (corners > 3) work += corners * corners;
+    if (widest == SurfaceMesh::null_face() || corners > surface.degree(widest)) widest = f;
   }
+  if (budget.holds(work)) return;
+  throw InputError(file + ": cutting the faces into triangles takes too long: face " + std::to_string(numbers[widest]) +
+                   " (counted from 0) has " + std::to_string(surface.degree(widest)) +
+                   " corners; cut it in a modeller");
 }
 
 /// Carries the number of a polygon over to the triangles that it is cut into.
@@ -34,7 +38,7 @@ struct KeepNumber : pmp::Triangulate_faces::Default_visitor<SurfaceMesh> {
 }  // namespace
 
 ReadBudget budget_for_checks(const std::string& file, const PolygonSoup& soup) {
-  // About 11,500 corners, which take seconds.
+  // Faces of 16,000 corners, or as many about one vertex, which take seconds.
   constexpr std::uint64_t at_least = std::uint64_t{512} << 20U;
   std::uint64_t bytes = soup.points.size() * sizeof(Vec3);
   for (const auto& polygon : soup.polygons) bytes += polygon.size() * sizeof(std::size_t);

@@ -1,9 +1,7 @@
 #include "nodes/physics/meshing/soup_rework.hpp"
 
 #include <algorithm>
-#include <boost/geometry/algorithms/disjoint.hpp>
-#include <boost/geometry/geometries/box.hpp>
-#include <boost/geometry/geometries/point.hpp>
+#include <boost/geometry.hpp>
 #include <boost/geometry/index/rtree.hpp>
 #include <map>
 #include <numeric>

@@ -7,6 +7,7 @@
 #include <CGAL/Polygon_mesh_processing/corefinement.h>
 #include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
 #include <CGAL/Polygon_mesh_processing/repair_degeneracies.h>
+#include <CGAL/version.h>
 
 #include "nodes/physics/cgal/surface_mesh.hpp"
 #include "nodes/physics/mesh/bounds.hpp"
@@ -21,8 +22,15 @@ namespace {
 /// Where surfaces cross near an edge, slivers come about whose direction is lost in rounding.
 void remove_slivers(SurfaceMesh& surface, double length) {
   constexpr double flat_angle = -0.9999999, longest_to_shortest = 1e4, shortest = 1e-6;
+#if CGAL_VERSION_MAJOR >= 6
+  pmp::remove_almost_degenerate_faces(faces(surface), surface,
+                                      CGAL::parameters::cap_threshold(flat_angle)
+                                          .needle_threshold(longest_to_shortest)
+                                          .collapse_length_threshold(shortest * length));
+#else
   pmp::experimental::remove_almost_degenerate_faces(faces(surface), surface, flat_angle, longest_to_shortest,
                                                     shortest * length);
+#endif
   surface.collect_garbage();
 }
 
