@@ -43,7 +43,10 @@ const SignalRow while_live[]{
     {SIGTTOU, SIGTTOU, Meaning::ignored},      {SIGTTIN, SIGTTIN, Meaning::ignored},
 };
 
-void interrupt(int /*number*/) {
+std::atomic<int> asked_last = SIGTERM;
+
+void interrupt(int number) {
+  asked_last = number;
   ++interruption;
 }
 
@@ -96,8 +99,11 @@ void listen_for_interruption() {
 }
 
 void stop_listening_for_interruption() {
-  for (const int number : asked_by_hand) std::signal(number, SIG_DFL);
-  if (is_interrupted()) raise(SIGTERM);
+  struct sigaction action {};
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    if (sigaction(number, nullptr, &action) == 0 && action.sa_handler == interrupt) std::signal(number, SIG_DFL);
+  }
+  if (is_interrupted()) raise(asked_last);
 }
 
 void ramp_down_on_signals() {

@@ -15,8 +15,8 @@ inline bool is_interrupted() {
 /// From now on Ctrl-C, SIGTERM and a terminal that closes count in `interruption`. To be called first.
 void listen_for_interruption();
 
-/// From now on Ctrl-C and SIGTERM end the program at once, as if nobody listened; so they do now where they have asked.
-/// For work that nothing can look up from, and that has nothing to save.
+/// From now on these signals end the program at once. If one came before, the program ends now. For long work that does
+/// not look for signals and has nothing to save.
 void stop_listening_for_interruption();
 
 /// So does every other signal from now on that would end or stop the program and that a program can handle. To be

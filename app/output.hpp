@@ -40,10 +40,17 @@ inline bool is_taken(const std::filesystem::path& path) {
   return std::filesystem::exists(std::filesystem::symlink_status(path, ignored));
 }
 
-/// Writes a file whole, in place of a link that leads nowhere; throws RunError where the disk refuses.
-inline void write_file(const std::filesystem::path& path, const std::string& text) {
+/// Takes a link away, so that a result is not written where it leads. A link to an open file, such as /dev/stdout,
+/// stays.
+inline void remove_link(const std::filesystem::path& path) {
   std::error_code ignored;
-  if (is_taken(path) && !std::filesystem::exists(path, ignored)) std::filesystem::remove(path, ignored);
+  const std::filesystem::path to = std::filesystem::read_symlink(path, ignored);
+  if (!to.empty() && !to.string().starts_with("/proc/")) std::filesystem::remove(path, ignored);
+}
+
+/// Writes a file whole, in place of a link of that name; throws RunError where the disk refuses.
+inline void write_file(const std::filesystem::path& path, const std::string& text) {
+  remove_link(path);
   std::ofstream file(path, std::ios::binary);
   file << text;
   if (!file.flush()) throw RunError("cannot write " + path.string());

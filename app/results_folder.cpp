@@ -135,6 +135,7 @@ void ResultsFolder::clear() const {
   // Without a result of ours, files of the same names are the user's.
   if (found_in(path_, telling).empty()) return;
   std::error_code ignored;
+  remove_link(path_ / "costs");
   for (fs::directory_iterator it(path_ / "costs", ignored), end; !ignored && it != end; it.increment(ignored)) {
     std::error_code of_file;
     if (it->path().extension() == ".txt") fs::remove(it->path(), of_file);

@@ -35,7 +35,8 @@ constexpr std::array<std::string_view, 3> of_live_runs{"libtactor_live.so", "lib
 std::string command_text(const std::string& libraries) {
   return "#!/bin/sh\n"
          "# Tactor with the libraries beside it.\n"
-         "self=$(readlink -f -- \"$0\") || exit 1\n"
+         "self=$0\n"
+         "[ ! -h \"$0\" ] || self=$(readlink -f -- \"$0\") || exit 1\n"
          "here=$(CDPATH= cd -- \"$(dirname -- \"$self\")\" && pwd) || exit 1\n"
          "case $here in\n"
          "  *:* | *\\;*) echo \"$here: expected a folder without : and ;, which end a name in lists of folders; move "

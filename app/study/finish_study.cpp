@@ -114,6 +114,7 @@ int finish_study(const StudySpec& spec, std::vector<RunCase> cases, CasesOutcome
                                            options.warnings.end());
   write_file(folder / "study.csv", study_csv(study));
   write_file(folder / "run_times.csv", run_times_csv(study));
+  remove_link(folder / "study.h5");
   write_study_hdf5(folder / "study.h5", study);
   nlohmann::ordered_json json = to_json(study);
   runner["where"] = where;

@@ -42,6 +42,7 @@ void export_show(const ExportArguments& arguments) {
   bar.clear();
   if (!arguments.html.empty()) write_file(arguments.html, saved_page(show));
   if (!arguments.mcap.empty()) {
+    remove_link(arguments.mcap);
     std::ofstream out(arguments.mcap, std::ios::binary);
     load_view_library().export_mcap(out, show.hello, show.meshes, show.frames);
     out.close();

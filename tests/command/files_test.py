@@ -63,6 +63,42 @@ class LinksInTheFolderOfResults(CommandTest):
         self.assertEqual(list((self.folder / "elsewhere").iterdir()), [])
         self.assertGreater((self.folder / "out/summary.json").stat().st_size, 100)
 
+    @needs_hdf5
+    def test_a_result_takes_the_place_of_a_link(self):
+        """Whether the link leads to a file of the user or nowhere."""
+        notes = self.folder / "notes"
+        notes.mkdir()
+        (notes / "kept").write_text("of the user")
+
+        def link(*names):
+            for name in names:
+                place = self.folder / name
+                place.parent.mkdir(exist_ok=True)
+                place.unlink(missing_ok=True)
+                place.symlink_to(notes / ("kept" if len(name) % 2 else place.name))
+
+        study = self.write("small.yaml", f"graphs: [{ROOT}/graphs/wall/scene.yaml]\nseeds: 1\nduration: 0.6 s\nreference: none\n")
+        link("s/study.sqlite")
+        refused = tactor("study", study, "--out", self.folder / "s", environment=self.environment)
+        self.assertEqual(refused.returncode, 2, refused.stderr)
+        results = [f"s/{name}" for name in ("study.sqlite", "study.h5", "study.csv", "run_times.csv", "study.json", "report.html")]
+        link(*results)
+        self.run_ok("study", study, "--out", self.folder / "s", "--overwrite")
+        self.run_ok("run", ROOT / "graphs/wall/refit.yaml", "--duration", "0.1 s", "--out", self.folder / "r")
+        (notes / "times.txt").write_text("of the user")
+        (self.folder / "r/costs").symlink_to(notes)
+        self.run_ok("run", ROOT / "graphs/wall/refit.yaml", "--duration", "0.1 s", "--set", "record=[device.commanded, coupling.force]",
+                    "--out", self.folder / "r", "--overwrite")
+        results += ["page.html", "film.mcap"]
+        link("page.html", "film.mcap")
+        self.run_ok("export", self.folder / "r/recording.h5", "--html", self.folder / "page.html")
+        self.run_ok("export", self.folder / "r/recording.h5", "--mcap", self.folder / "film.mcap")
+        self.assertEqual(sorted(place.name for place in notes.iterdir()), ["kept", "times.txt"])
+        self.assertEqual((notes / "kept").read_text(), "of the user")
+        for name in results:
+            self.assertFalse((self.folder / name).is_symlink(), name)
+            self.assertGreater((self.folder / name).stat().st_size, 20, name)
+
 
 class InputFiles(CommandTest):
     """What is no file, or fills the memory, ends with exit code 2 and the name of the file."""

@@ -61,15 +61,20 @@ class Resume(StudyTest):
         self.study(self.text, "out")
         whole = self.file.read_bytes()
         endless = "WITH RECURSIVE n(i) AS (SELECT 1 UNION ALL SELECT i + 1 FROM n) SELECT i AS key, i AS value FROM n"
-        for kind, program in (("view identity", f"DROP TABLE identity; CREATE VIEW identity AS {endless}"),
-                              ("view more", f"CREATE VIEW more AS {endless}"),
-                              ("trigger t", "CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM names; END")):
+        wide = "key TEXT, v TEXT, value TEXT AS (printf('%.*c', 900000000, 'x'))"
+        for said, program in (("holds the view identity", f"DROP TABLE identity; CREATE VIEW identity AS {endless}"),
+                              ("holds the view more", f"CREATE VIEW more AS {endless}"),
+                              ("holds the trigger t", "CREATE TRIGGER t AFTER INSERT ON runs BEGIN DELETE FROM names; END"),
+                              ("holds the index i", "CREATE INDEX i ON runs(length(printf('%.*c', 900000000, message)))"),
+                              ("holds the table t", "CREATE VIRTUAL TABLE t USING fts5(a)"),
+                              ("lacks tables", "DROP TABLE curves"),
+                              ("was written by another version", f"DROP TABLE identity; CREATE TABLE identity({wide})")):
             with sqlite3.connect(self.file) as db:
                 db.executescript(program)
             db.close()
-            with self.subTest(kind):
+            with self.subTest(said):
                 result = self.study(self.text, "out", "--resume", code=2)
-                self.assertIn(f"study.sqlite: expected a table of runs, found the {kind} in it", result.stderr)
+                self.assertIn(f"study.sqlite: expected the runs of this study, found it {said}", result.stderr)
             self.file.write_bytes(whole)
 
     def test_a_table_that_lacks_what_a_run_told_beside_its_metrics_is_read(self):

@@ -147,8 +147,12 @@ class OfTheEnvironment(Names):
 
     def test_a_word_that_a_shell_hands_to_another_is_refused_and_a_script_that_ends_like_one_is_not(self):
         refused = ("sh, -c, 'ssh host qsub {script}'", "bash, -c, 'cd x && sh -c {script}'", "ssh, host, 'eval {script}'",
-                   "sh, -c, 'x=$(ssh host echo {script})'", "ssh, host, 'su - -c {script}'", "sh, -c, '/usr/bin/ssh host {name} {script}'")
-        taken = ("sh, -c, 'echo 7 ./submit.sh {script}'", "sh, -c, 'echo 7 push finish {script}'", "sh, -c, 'echo 7 sh', '{script}'")
+                   "sh, -c, 'x=$(ssh host echo {script})'", "ssh, host, 'su - -c {script}'", "sh, -c, '/usr/bin/ssh host {name} {script}'",
+                   "sh, -c, 'sbatch --wrap={script}'", "sh, -c, 'ssh host qsub \"$1\"', x, '{script}'", "sh, -c, 'echo {script} | at now'",
+                   "sh, -c, 'echo {script} | bash'", "sh, -c, 'bash -ec {script}'", "rsh, host, 'eval {script}'")
+        taken = ("sh, -c, 'echo 7 ./submit.sh {script}'", "sh, -c, 'echo 7 push finish {script}'", "sh, -c, 'echo 7', '{script}'",
+                 "sh, -c, 'echo 7 -S /bin/sh {script}'", "sh, -c, 'echo 7 -l host=x {script}; true'", "sh, -c, 'cd {here} && echo 7 sh ./x {script}'",
+                 "sh, -c, 'echo 7 {script} | cat'", "sh, -c, 'echo 7 -c {script}'")
         for code, members in ((2, refused), (0, taken)):
             for at, submit in enumerate(members):
                 file = self.write("mine.yaml", f"submit: [{submit}]\nstatus: ['true']\ncancel: ['true']\nindex: I\n"
@@ -156,7 +160,7 @@ class OfTheEnvironment(Names):
                 with self.subTest(submit):
                     result = self.study_named("good", "--cluster", file, out=f"inner_{code}_{at}/good")
                     self.assertEqual(result.returncode, code, result.stdout + result.stderr)
-                    self.assertEqual("no ssh, eval or other shell" in result.stderr, code == 2)
+                    self.assertEqual("expected no second shell" in result.stderr, code == 2)
 
 
 class OfABundle(Names):

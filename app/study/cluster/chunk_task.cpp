@@ -123,13 +123,11 @@ class ChunkTask {
       if (!scratch_->is_own()) throw;
       tell_note(error.what());
     }
-    const std::optional<Shard> made = read_shard(writer_->file());
+    const Shard made = writer_->written();
     scratch_->leave_own_disk();
     writer_.emplace(scratch_->file(), my_head());
-    if (made) {
-      for (const auto& [unit, answer] : made->records) writer_->add(unit, answer);
-      writer_->spent(made->cost, made->depends_on_processor);
-    }
+    for (const auto& [unit, answer] : made.records) writer_->add(unit, answer);
+    writer_->spent(made.cost, made.depends_on_processor);
     what(*writer_);
   }
 
@@ -312,9 +310,8 @@ class ChunkTask {
     } catch (const RunError&) {
       // The disk that the records are on is full: they count without what they cost.
     }
-    const std::optional<Shard> mine = read_shard(writer_->file());
     const std::optional<Shard> other = read_shard(part());
-    std::size_t kept = mine ? mine->records.size() : 0;
+    std::size_t kept = writer_->written().records.size();
     const std::size_t there = other && belongs(other->head) ? other->records.size() : 0;
     if (kept > there) {
       try {

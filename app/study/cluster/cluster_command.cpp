@@ -77,9 +77,8 @@ FileLock lock_of(const fs::path& out) {
 }  // namespace
 
 void refuse_study_folder(const fs::path& out, bool overwrite) {
-  std::error_code ignored;
   const ClusterFolder folder(out);
-  const bool has_table = fs::exists(out / "study.sqlite", ignored);
+  const bool has_table = is_taken(out / "study.sqlite");
   if (!has_table && !folder.is_there()) return;
   if (!overwrite) {
     throw InputError(

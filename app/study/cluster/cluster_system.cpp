@@ -60,15 +60,22 @@ std::string replaced(const std::string& text, const Found& found) {
   return out;
 }
 
-/// Whether a program of this name or path hands all of its words to a shell.
-bool is_remote_shell(const std::string& program) {
-  return fs::path(program).filename().string().ends_with("ssh");
+/// Whether a program of this name or path is one of these.
+template <std::size_t N>
+bool is_one_of(const std::string& program, const std::array<std::string_view, N>& names) {
+  return std::find(names.begin(), names.end(), fs::path(program).filename().string()) != names.end();
 }
-bool is_shell(const std::string& program) {
-  constexpr std::array<std::string_view, 13> shells{"sh",  "bash", "dash", "ash", "zsh", "ksh", "mksh",
-                                                    "csh", "tcsh", "fish", "rsh", "su",  "eval"};
-  const std::string name = fs::path(program).filename().string();
-  return is_remote_shell(program) || std::find(shells.begin(), shells.end(), name) != shells.end();
+/// Whether a program hands all of its words to a shell.
+bool is_remote_shell(const std::string& program) {
+  constexpr std::array<std::string_view, 2> names{"rsh", "eval"};
+  return fs::path(program).filename().string().ends_with("ssh") || is_one_of(program, names);
+}
+/// Whether a program reads the text that it is fed as commands.
+bool reads_commands(const std::string& program) {
+  constexpr std::array<std::string_view, 18> names{"sh",    "bash", "dash", "ash",    "zsh",  "ksh",
+                                                   "mksh",  "csh",  "tcsh", "fish",   "su",   "at",
+                                                   "batch", "qsub", "bsub", "sbatch", "msub", "xargs"};
+  return is_one_of(program, names);
 }
 
 /// Whether a shell reads a word of a command; ssh hands all of its words to one.
@@ -79,7 +86,7 @@ bool is_for_shell(const CommandTemplate& command, std::size_t word) {
   const std::string& before = command[word - 1];
   const bool is_text = before.starts_with('-') && !before.starts_with("--") && before.find('c') != std::string::npos;
   for (std::size_t at = 0; at < word; ++at) {
-    if (is_remote_shell(command[at]) || (is_text && at + 1 < word && is_shell(command[at]))) return true;
+    if (is_remote_shell(command[at]) || (is_text && at + 1 < word && reads_commands(command[at]))) return true;
   }
   return false;
 }
@@ -106,18 +113,27 @@ bool has_quoted_place(const std::string& word) {
   return false;
 }
 
-/// Whether a `{name}` stands in a word that a shell hands to another one, which would read its value once more.
-bool has_inner_shell(const std::string& word) {
-  const std::string none;
-  if (replaced(word, [&](const std::string&) { return none; }) == word) return false;
-  std::string name;
-  for (const char c : word + " ") {
-    if (!std::isspace(static_cast<unsigned char>(c)) &&
-        std::string_view(";&|()`$<>{}").find(c) == std::string_view::npos) {
+/// Whether a text for a shell hands words on to another one, which would read their values once more: `ssh host ...`,
+/// `sh -c ...`, `--wrap=...`, `... | at now`.
+bool has_inner_shell(const std::string& text) {
+  std::string name, command;
+  bool is_fed = false;  // by a pipe
+  for (const char c : text + " ") {
+    const bool ends_command = std::string_view(";&|()`\n").find(c) != std::string_view::npos;
+    if (!ends_command && !std::isspace(static_cast<unsigned char>(c)) && c != '"' && c != '\'') {
       name += c;
       continue;
     }
-    if (is_shell(name) || name == "--wrap") return true;
+    const bool is_option = name.starts_with('-');
+    if (is_remote_shell(name) || name.starts_with("--wrap")) return true;
+    if (is_option && !name.starts_with("--") && name.find('c') != std::string::npos && reads_commands(command))
+      return true;
+    if (is_fed && reads_commands(name)) return true;
+    if (!name.empty()) {
+      if (!is_option) command = name;
+      is_fed = false;
+    }
+    if (ends_command) is_fed = c == '|';
     name.clear();
   }
   return false;
@@ -219,11 +235,16 @@ class SystemReader {
         return std::string();
       });
       if (!is_for_shell(found, i)) continue;
-      if (has_inner_shell(found[i])) {
-        diagnostics_.error(value->items[i].place, key +
-                                                      ": expected no ssh, eval or other shell in a word that a shell "
-                                                      "reads, because it reads {...} once more; call it by words of "
-                                                      "its own");
+      const auto has_place = [](const std::string& word) {
+        return replaced(word, [](const std::string&) { return std::string(); }) != word;
+      };
+      if (has_inner_shell(found[i]) &&
+          std::any_of(found.begin() + static_cast<std::ptrdiff_t>(i), found.end(), has_place)) {
+        diagnostics_.error(value->items[i].place,
+                           key +
+                               ": expected no second shell (ssh, sh -c, eval, --wrap, a pipe into "
+                               "at) in a word that a shell reads, because it reads {...} once "
+                               "more; put these commands into a script and call it");
       }
       if (has_quoted_place(found[i])) {
         diagnostics_.error(value->items[i].place, key +

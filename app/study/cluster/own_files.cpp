@@ -16,11 +16,19 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// `use(folder)`, where there is such a folder.
+/// `use(folder)`, where there is such a folder. Tries once more where that fails: over a network, a file that another
+/// node replaces may be gone for a moment.
 template <class Use>
 void with_own_folder(const fs::path& path, KeptFolder::Decides decides, const Use& use) {
-  try {
+  const auto once = [&] {
     if (const auto kept = KeptFolder::find(path, decides)) use(*kept);
+  };
+  try {
+    return once();
+  } catch (const RunError&) {
+  }
+  try {
+    once();
   } catch (const RunError& error) {
     throw InputError(fmt::format(
         "{}; nothing more is done, because the files of a study on a cluster decide what is run", error.what()));

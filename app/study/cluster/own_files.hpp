@@ -12,7 +12,7 @@ namespace tactor {
 std::optional<std::string> own_bytes(const std::filesystem::path& file);
 
 /// Throws the same where a folder that is there is not of this user alone, or where everybody may put another one in
-/// its place. Its files name programs that are started.
+/// its place, because its files name programs that are started.
 void demand_own(const std::filesystem::path& folder);
 
 /// Makes a folder that only this user may write, whatever new files are given by default; one that is there stays.

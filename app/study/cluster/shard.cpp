@@ -139,6 +139,10 @@ void ShardWriter::complete() {
   append(std::string(1, static_cast<char>(FrameKind::complete)));
 }
 
+Shard ShardWriter::written() const {
+  return shard_of(bytes_of(path_));
+}
+
 Shard shard_of(const std::string& bytes) {
   Shard shard;
   std::string_view rest = bytes;

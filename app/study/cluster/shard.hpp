@@ -54,6 +54,8 @@ class ShardWriter {
   /// Says that all records of the chunk are there.
   void complete();
   [[nodiscard]] const std::filesystem::path& file() const { return path_; }
+  /// What of it is on the disk.
+  [[nodiscard]] Shard written() const;
 
  private:
   void append(std::string_view payload);

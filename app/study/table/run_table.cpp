@@ -181,15 +181,6 @@ struct RunTable::Database {
       throw RunError(fmt::format("{}: {}", path.string(), sqlite3_errmsg(db)));
     }
   }
-  /// A view may go on for ever, and a trigger does what its writer wants with what is added.
-  void refuse_programs() const {
-    execute("PRAGMA trusted_schema=OFF");
-    Statement others(db, path, "SELECT type || ' ' || name FROM sqlite_master WHERE type NOT IN ('table', 'index')");
-    if (others.step()) {
-      throw InputError(fmt::format("{}: expected a table of runs, found the {} in it; --overwrite begins anew",
-                                   path.string(), others.text(0)));
-    }
-  }
   void open_file() {
     // Where the file system has no locks, SQLite could open nothing. `lock` keeps other writers away there too.
     const bool has_locks = region_lock() != LockAnswer::none;
@@ -201,7 +192,8 @@ struct RunTable::Database {
     sqlite3_busy_handler(db, wait_for_reader, nullptr);
     if (!has_locks) execute("PRAGMA locking_mode=EXCLUSIVE;");  // WAL without it needs memory that is shared by locks
     execute("PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;");
-    refuse_programs();
+    constexpr int longest = 256 << 20;  // bytes of a value
+    sqlite3_limit(db, SQLITE_LIMIT_LENGTH, longest);
   }
 
   /// How many runs are planned.
@@ -245,11 +237,38 @@ struct RunTable::Database {
             {"program", identity.program}};
   }
 
+  /// What the file defines, by kind and name.
+  static std::map<std::string, std::string> definitions(sqlite3* db, const fs::path& path) {
+    std::map<std::string, std::string> found;
+    Statement all(db, path,
+                  "SELECT type || ' ' || name, ifnull(sql, '') FROM sqlite_schema WHERE name NOT GLOB 'sqlite_*'");
+    while (all.step()) found[all.text(0)] = all.text(1);
+    return found;
+  }
+
+  /// How the file's definitions differ from the schema; empty where they do not. A view may go on for ever, a column
+  /// may compute what fills the memory, and a trigger does what its writer wants with what is added.
+  [[nodiscard]] std::string foreign_definition() const {
+    const fs::path memory(":memory:");
+    Database ours(memory);
+    sqlite3_open(memory.c_str(), &ours.db);
+    ours.execute(schema);
+    const std::map<std::string, std::string> expected = definitions(ours.db, path), found = definitions(db, path);
+    for (const auto& [what, sql] : found) {
+      const auto own = expected.find(what);
+      if (own == expected.end())
+        return fmt::format("it holds the {}, which no study makes; drop it to keep the runs", what);
+      if (own->second != sql) return "it was written by another version of tactor";
+    }
+    return found.size() == expected.size() ? "" : "it lacks tables of a study";
+  }
+
   /// What keeps the runs of the file from being gone on with; empty where nothing does.
   [[nodiscard]] std::string difference(const TableIdentity& identity, const std::vector<RunName>& runs) const {
     Statement tables(db, path, "SELECT count(*) FROM sqlite_master WHERE name IN ('identity', 'names', 'runs')");
     tables.step();
     if (tables.integer(0) != 3) return "it holds no runs of a study";
+    if (std::string what = foreign_definition(); !what.empty()) return what;
     std::map<std::string, std::string> found;
     Statement meta(db, path, "SELECT key, value FROM identity");
     while (meta.step()) found[meta.text(0)] = meta.text(1);
@@ -277,7 +296,7 @@ struct RunTable::Database {
 RunTable::RunTable(fs::path path, TableMode mode, const TableIdentity& identity, const std::vector<RunName>& runs)
     : path_(std::move(path)), db_(std::make_unique<Database>(path_)) {
   std::error_code ignored;
-  const bool exists = fs::exists(path_, ignored);
+  const bool exists = is_taken(path_);
   if (exists && mode == TableMode::create) {
     throw InputError(
         fmt::format("{}: expected no runs there yet, found some; --resume continues them, --overwrite starts anew",

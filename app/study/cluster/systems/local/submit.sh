@@ -4,6 +4,7 @@
 # process that gets the number later is not taken for it.
 set -eu
 log=$2
+exec 4<"$1"
 here=$(dirname "$0")
-setsid sh "$here/run.sh" "$@" </dev/null 4<"$1" >>"$log" 2>&1 &
+setsid sh "$here/run.sh" "$@" </dev/null >>"$log" 2>&1 &
 echo "$!-$(cut -d ' ' -f 22 "/proc/$!/stat")"
