@@ -119,7 +119,18 @@ def environment_of(pid):
         entries = pathlib.Path(f"/proc/{pid}/environ").read_bytes().split(b"\0")
     except OSError:
         return {}
-    return dict(os.fsdecode(entry).split("=", 1) for entry in entries if b"=" in entry)
+    return dict(os.fsdecode(entry).split("=", 1) for entry in entries if b"=" in entry) or environment_by_log(pid)
+
+
+def environment_by_log(pid):
+    """What a slurmstepd was started with, which wipes its environment since Slurm 24: its log is FOLDER/log/NODE.log."""
+    if (stat(pid) or [None])[0] != "slurmstepd":
+        return {}
+    try:
+        logs = [log for log in map(pathlib.Path.readlink, pathlib.Path(f"/proc/{pid}/fd").iterdir()) if log.parent.name == "log"]
+    except OSError:
+        return {}
+    return {"SLURM_CONF": str(logs[0].parents[1] / "slurm.conf"), "SLURMD_NODENAME": logs[0].stem} if logs else {}
 
 
 def processes(belongs):

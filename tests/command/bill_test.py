@@ -143,9 +143,10 @@ class Bill(unittest.TestCase):
         self.assertIn("libcgal-dev", self.related("tactor-cgal", "STATIC_LINK"))
         self.assertEqual(self.named["tactor-cgal"]["licenseConcluded"], "GPL-3.0-or-later")
         # No header of CGAL is compiled into what is under the Apache License.
-        self.assertFalse({"libcgal-dev", "libcholmod3"} & (self.related("tactor", "STATIC_LINK") | self.related("tactor", "DYNAMIC_LINK")))
+        linked = self.related("tactor", "STATIC_LINK") | self.related("tactor", "DYNAMIC_LINK")
+        self.assertFalse([name for name in linked if name.startswith(("libcgal", "libcholmod"))])
         if "tactor-suitesparse" in self.staged:
-            self.assertIn("libcholmod3", self.related("tactor-suitesparse", "DYNAMIC_LINK"))
+            self.assertTrue([name for name in self.related("tactor-suitesparse", "DYNAMIC_LINK") if name.startswith("libcholmod")])
             self.assertEqual(self.named["tactor-suitesparse"]["licenseConcluded"], "GPL-3.0-or-later")
 
     @unittest.skipUnless(HAS_VIEW, "this build has no view")

@@ -205,7 +205,9 @@ class CommandTest(unittest.TestCase):
         """Waits for something the started command does, however slow a build or a busy machine makes it."""
         end = time.monotonic() + timeout
         while not condition():
-            self.assertIsNone(process.poll(), f"the command ended before {what}")
+            if process.poll() is not None:
+                said = [str(stream.read()) for stream in (process.stdout, process.stderr) if stream and not stream.closed]
+                self.fail(f"the command ended with {process.returncode} before {what}: {''.join(said)[-2000:]}")
             if time.monotonic() > end:
                 process.kill()
                 self.fail(f"{timeout} s have gone by before {what}")

@@ -70,12 +70,16 @@ bool is_remote_shell(const std::string& program) {
   constexpr std::array<std::string_view, 2> names{"rsh", "eval"};
   return fs::path(program).filename().string().ends_with("ssh") || is_one_of(program, names);
 }
+/// Whether a program reads the word behind its `-c` as commands.
+bool is_shell(const std::string& program) {
+  constexpr std::array<std::string_view, 11> names{"sh",   "bash", "dash", "ash",  "zsh", "ksh",
+                                                   "mksh", "csh",  "tcsh", "fish", "su"};
+  return is_one_of(program, names);
+}
 /// Whether a program reads the text that it is fed as commands.
 bool reads_commands(const std::string& program) {
-  constexpr std::array<std::string_view, 18> names{"sh",    "bash", "dash", "ash",    "zsh",  "ksh",
-                                                   "mksh",  "csh",  "tcsh", "fish",   "su",   "at",
-                                                   "batch", "qsub", "bsub", "sbatch", "msub", "xargs"};
-  return is_one_of(program, names);
+  constexpr std::array<std::string_view, 7> names{"at", "batch", "qsub", "bsub", "sbatch", "msub", "xargs"};
+  return is_shell(program) || is_one_of(program, names);
 }
 
 /// Whether a shell reads a word of a command; ssh hands all of its words to one.
@@ -86,7 +90,7 @@ bool is_for_shell(const CommandTemplate& command, std::size_t word) {
   const std::string& before = command[word - 1];
   const bool is_text = before.starts_with('-') && !before.starts_with("--") && before.find('c') != std::string::npos;
   for (std::size_t at = 0; at < word; ++at) {
-    if (is_remote_shell(command[at]) || (is_text && at + 1 < word && reads_commands(command[at]))) return true;
+    if (is_remote_shell(command[at]) || (is_text && at + 1 < word && is_shell(command[at]))) return true;
   }
   return false;
 }
@@ -126,8 +130,7 @@ bool has_inner_shell(const std::string& text) {
     }
     const bool is_option = name.starts_with('-');
     if (is_remote_shell(name) || name.starts_with("--wrap")) return true;
-    if (is_option && !name.starts_with("--") && name.find('c') != std::string::npos && reads_commands(command))
-      return true;
+    if (is_option && !name.starts_with("--") && name.find('c') != std::string::npos && is_shell(command)) return true;
     if (is_fed && reads_commands(name)) return true;
     if (!name.empty()) {
       if (!is_option) command = name;

@@ -26,14 +26,18 @@ from pymodbus.constants import Endian
 from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
 from pymodbus.payload import BinaryPayloadBuilder
 from pymodbus.server import StartAsyncSerialServer, StartAsyncTcpServer
-from pymodbus.transaction import ModbusRtuFramer
+try:
+    from pymodbus.framer import FramerType
+    rtu = FramerType.RTU
+except ImportError:  # before 3.7
+    from pymodbus.transaction import ModbusRtuFramer as rtu
 
 def words(add, byteorder, wordorder):
     builder = BinaryPayloadBuilder(byteorder=byteorder, wordorder=wordorder)
     add(builder)
     return builder.to_registers()
 
-B, L = Endian.Big, Endian.Little
+B, L = (Endian.BIG, Endian.LITTLE) if hasattr(Endian, "BIG") else (Endian.Big, Endian.Little)
 values = [0] * 200
 def put(at, add, byteorder=B, wordorder=B):
     registers = words(add, byteorder, wordorder)
@@ -46,8 +50,8 @@ put(8, lambda b: b.add_32bit_float(3.1415927))
 put(10, lambda b: b.add_32bit_float(-2.5e-6), B, L)
 put(12, lambda b: b.add_16bit_int(-321))
 put(13, lambda b: b.add_16bit_uint(54321))
-block = lambda: ModbusSequentialDataBlock(0, list(values))
-store = ModbusSlaveContext(hr=block(), ir=ModbusSequentialDataBlock(0, [4] * 16), zero_mode=True)
+# An address on the line is one less than in a block.
+store = ModbusSlaveContext(hr=ModbusSequentialDataBlock(1, values), ir=ModbusSequentialDataBlock(1, [4] * 16))
 context = ModbusServerContext(slaves={7: store}, single=False)
 
 async def main():
@@ -56,7 +60,7 @@ async def main():
     if kind == "tcp":
         await StartAsyncTcpServer(context, address=("127.0.0.1", int(where)))
     else:
-        await StartAsyncSerialServer(context, framer=ModbusRtuFramer, port=where, baudrate=19200, parity="N", timeout=0.1)
+        await StartAsyncSerialServer(context, framer=rtu, port=where, baudrate=19200, parity="N", timeout=0.1)
 
 asyncio.run(main())
 """
@@ -96,7 +100,7 @@ class OneWord(ModbusSlaveContext):
             print("wrote", function, address, *values, flush=True)
         super().setValues(function, address, values)
 
-store = OneWord(hr=ModbusSequentialDataBlock(0, [0, 7] + 8 * [0] + [0, 25000] + 20 * [0]), zero_mode=True)
+store = OneWord(hr=ModbusSequentialDataBlock(1, [0, 7] + 8 * [0] + [0, 25000] + 20 * [0]))
 
 async def main():
     print("ready", flush=True)
