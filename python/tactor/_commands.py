@@ -18,7 +18,7 @@ from ._graph import Graph, Overlay, Path, Time, Value, changes, time_text
 from ._needs import needed
 
 if TYPE_CHECKING:
-    import pandas  # type: ignore[import]
+    import pandas  # type: ignore  # releases of mypy call the missing stubs by different codes
 
 
 def command() -> str:

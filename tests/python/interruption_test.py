@@ -223,7 +223,7 @@ class End(PackageTest):
             for one in kept: tactor._session._live.add(one)
         """)], capture_output=True, text=True, env=dict(os.environ, PYTHONPATH=str(BUILD / "python")), check=False)
         self.assertEqual(done.stdout, "finish\n" * 3)
-        self.assertEqual(done.stderr.count("this one fails"), 3)
+        self.assertEqual(done.stderr.count("Error: this one fails"), 3, done.stderr)
 
 
 @needs_live

@@ -206,6 +206,9 @@ class Text(unittest.TestCase):
     def test_sources_are_formatted(self):
         if shutil.which("clang-format") is None:
             self.skipTest("clang-format is not installed")
+        # Releases differ in where they put blanks.
+        if " version 14." not in subprocess.run(["clang-format", "--version"], capture_output=True, text=True, check=True).stdout:
+            self.skipTest("the sources are formatted by clang-format 14, which this is not")
         result = subprocess.run(["clang-format", "--dry-run", "--Werror", *map(str, SOURCES)], capture_output=True,
                                 text=True, check=False)
         self.assertEqual(result.returncode, 0, result.stderr[:2000])
