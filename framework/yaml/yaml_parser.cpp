@@ -247,7 +247,8 @@ std::string plain_message(const std::string& message) {
       {"bad file", "it is nested too deeply or cannot be read"},
   };
   for (const Plain& p : table) {
-    if (message == p.said) return std::string(p.means);
+    // Newer releases add what they found: `the referenced anchor is not defined: time`.
+    if (message == p.said || message.starts_with(std::string(p.said) + ": ")) return std::string(p.means);
   }
   return message;
 }

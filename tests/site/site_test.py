@@ -131,6 +131,8 @@ class Site(unittest.TestCase):
 
 @needs_browser
 class InABrowser(unittest.TestCase):
+    theme_runs = True
+
     @classmethod
     def setUpClass(cls):
         made, cls.out, _ = built_site()
@@ -158,7 +160,8 @@ class InABrowser(unittest.TestCase):
         found = [entry for entry in self.browser.get_log("browser") if entry["level"] != "INFO"]
         # The script of Debian 13's Furo ends here, because the package does not bring its Gumshoe.
         others = [entry for entry in found if "Gumshoe is not a constructor" not in entry["message"]]
-        self.theme_runs = len(others) == len(found)
+        if len(others) < len(found):
+            type(self).theme_runs = False
         return others
 
     def js(self, expression):
