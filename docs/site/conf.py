@@ -106,9 +106,18 @@ def navigate_quickly(app, page, template, context, doctree):
     context["toctree"] = toctree
 
 
+def load_from_a_folder(app, pagename, templatename, context, doctree):
+    """Browsers take no module from a folder, and scripts/docs makes a plain script of Furo's."""
+    for script in context.get("script_files", ()):
+        attributes = getattr(script, "attributes", {})
+        if attributes.pop("type", None) == "module":
+            attributes["defer"] = "defer"
+
+
 def setup(app):
     app.connect("autodoc-process-docstring", mark_code)
     # Before Furo asks for the navigation.
     app.connect("html-page-context", navigate_quickly, priority=400)
+    app.connect("html-page-context", load_from_a_folder, priority=600)
     # Forges draw these; here they are shown as text.
     app.add_lexer("mermaid", TextLexer)
