@@ -46,7 +46,7 @@ CostTraces::CostTraces(fs::path folder, const Plan& plan) : folder_(std::move(fo
   }
   const std::string place = fmt::format("--record-costs {}: ", folder_.string());
   std::error_code error;
-  if (fs::exists(fs::symlink_status(folder_, error))) {
+  if (is_taken(folder_)) {
     throw InputError(place + "expected a folder that does not exist yet, found one of that name; choose another name");
   }
   fs::create_directories(folder_, error);

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <charconv>
+#include <initializer_list>
 #include <sstream>
 
 #include "app/command_output.hpp"
@@ -61,25 +61,20 @@ std::string replaced(const std::string& text, const Found& found) {
 }
 
 /// Whether a program of this name or path is one of these.
-template <std::size_t N>
-bool is_one_of(const std::string& program, const std::array<std::string_view, N>& names) {
+bool is_one_of(const std::string& program, std::initializer_list<std::string_view> names) {
   return std::find(names.begin(), names.end(), fs::path(program).filename().string()) != names.end();
 }
 /// Whether a program hands all of its words to a shell.
 bool is_remote_shell(const std::string& program) {
-  constexpr std::array<std::string_view, 2> names{"rsh", "eval"};
-  return fs::path(program).filename().string().ends_with("ssh") || is_one_of(program, names);
+  return fs::path(program).filename().string().ends_with("ssh") || is_one_of(program, {"rsh", "eval"});
 }
 /// Whether a program reads the word behind its `-c` as commands.
 bool is_shell(const std::string& program) {
-  constexpr std::array<std::string_view, 11> names{"sh",   "bash", "dash", "ash",  "zsh", "ksh",
-                                                   "mksh", "csh",  "tcsh", "fish", "su"};
-  return is_one_of(program, names);
+  return is_one_of(program, {"sh", "bash", "dash", "ash", "zsh", "ksh", "mksh", "csh", "tcsh", "fish", "su"});
 }
 /// Whether a program reads the text that it is fed as commands.
 bool reads_commands(const std::string& program) {
-  constexpr std::array<std::string_view, 7> names{"at", "batch", "qsub", "bsub", "sbatch", "msub", "xargs"};
-  return is_shell(program) || is_one_of(program, names);
+  return is_shell(program) || is_one_of(program, {"at", "batch", "qsub", "bsub", "sbatch", "msub", "xargs"});
 }
 
 /// Whether a shell reads a word of a command; ssh hands all of its words to one.

@@ -20,18 +20,15 @@ namespace {
 /// node replaces may be gone for a moment.
 template <class Use>
 void with_own_folder(const fs::path& path, KeptFolder::Decides decides, const Use& use) {
-  const auto once = [&] {
-    if (const auto kept = KeptFolder::find(path, decides)) use(*kept);
-  };
-  try {
-    return once();
-  } catch (const RunError&) {
-  }
-  try {
-    once();
-  } catch (const RunError& error) {
-    throw InputError(fmt::format(
-        "{}; nothing more is done, because the files of a study on a cluster decide what is run", error.what()));
+  for (const bool is_last : {false, true}) {
+    try {
+      if (const auto kept = KeptFolder::find(path, decides)) use(*kept);
+      return;
+    } catch (const RunError& error) {
+      if (!is_last) continue;
+      throw InputError(fmt::format(
+          "{}; nothing more is done, because the files of a study on a cluster decide what is run", error.what()));
+    }
   }
 }
 

@@ -54,7 +54,7 @@ class ShardWriter {
   /// Says that all records of the chunk are there.
   void complete();
   [[nodiscard]] const std::filesystem::path& file() const { return path_; }
-  /// What of it is on the disk.
+  /// Reads back the records that are on the disk.
   [[nodiscard]] Shard written() const;
 
  private:

@@ -237,7 +237,7 @@ struct RunTable::Database {
             {"program", identity.program}};
   }
 
-  /// What the file defines, by kind and name.
+  /// The SQL of all that a file defines, by kind and name.
   static std::map<std::string, std::string> definitions(sqlite3* db, const fs::path& path) {
     std::map<std::string, std::string> found;
     Statement all(db, path,

@@ -51,7 +51,7 @@ TriangleMesh stitched(const std::vector<Point>& points, const std::vector<std::v
 /// cut such a face would take time and memory by the square of its corners.
 std::optional<Face> tangled_face(const SurfaceMesh& surface);
 
-/// What checks of a mesh of this size may cost, where their work grows by a square.
+/// The budget for the checks below of a mesh of this size: their work may grow with the square of its parts.
 ReadBudget budget_for_checks(const std::string& file, const PolygonSoup& soup);
 
 /// Cuts polygons of more than three corners; their triangles take over their numbers. False where one cannot be cut.
@@ -67,7 +67,7 @@ void remove_isolated_vertices(SurfaceMesh& surface);
 void remove_flat_faces(SurfaceMesh& surface);
 
 /// Pairs of faces that meet where they are not neighbours, at most `most`. Throws InputError, beginning with `file`,
-/// where a vertex has more faces than the budget allows: the work grows with their square.
+/// where the boxes of more pairs of faces overlap than the budget allows.
 std::vector<std::pair<Face, Face>> self_intersections(const SurfaceMesh& surface, unsigned most,
                                                       const std::string& file, ReadBudget& budget);
 
