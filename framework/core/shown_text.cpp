@@ -102,7 +102,7 @@ bool write_all(int file, std::string_view text) {
   return true;
 }
 
-/// Where a stream of stdio writes to. It lives as long as the process.
+/// Where a stream of stdio writes to.
 struct ShownFile {
   int file;
   std::string cut;  // the beginning of a character whose other bytes have not come yet
@@ -138,7 +138,9 @@ std::string shown_text(std::string_view text) {
 }
 
 void show_only_text() {
-  static ShownFile out{STDOUT_FILENO, {}}, err{STDERR_FILENO, {}};
+  // Streams are flushed after static objects have ended. So nothing that they write through is ever deleted.
+  static auto& out = *new ShownFile{STDOUT_FILENO, {}};
+  static auto& err = *new ShownFile{STDERR_FILENO, {}};
   std::FILE* shown_out = shown_stream(out, isatty(STDOUT_FILENO) == 1 ? _IOLBF : _IOFBF);
   std::FILE* shown_err = shown_stream(err, _IOLBF);
   // Without memory for a stream there is no memory for anything that it could say.
@@ -146,10 +148,10 @@ void show_only_text() {
   stdout = shown_out;
   stderr = shown_err;
   // The streams of C++ keep the streams of stdio that were there before.
-  static __gnu_cxx::stdio_sync_filebuf<char> cout_buffer(stdout), cerr_buffer(stderr), clog_buffer(stderr);
-  std::cout.rdbuf(&cout_buffer);
-  std::cerr.rdbuf(&cerr_buffer);
-  std::clog.rdbuf(&clog_buffer);
+  using Buffer = __gnu_cxx::stdio_sync_filebuf<char>;
+  std::cout.rdbuf(new Buffer(stdout));
+  std::cerr.rdbuf(new Buffer(stderr));
+  std::clog.rdbuf(new Buffer(stderr));
 }
 
 void draw_on_terminal(int file, std::string_view text) {

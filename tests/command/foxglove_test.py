@@ -234,6 +234,26 @@ class Foxglove(CommandTest):
         page.close()
         self.assertEqual(view.end(), 0)
 
+    def test_frames_that_end_no_request_are_limited_too(self):
+        view = self.view()
+        seconds = 3  # that so many bytes take at 1 MiB/s
+        for name, empty in [("continuations", frame(b"", 0)), ("pings", frame(b"", 9)), ("pongs", frame(b"", 10))]:
+            with self.subTest(name):
+                viewer = Viewer(view.viewers, receive_buffer=None)
+                viewer.text("advertise")
+                empty = bytes([empty[0] & 0x7f]) + empty[1:] if name == "continuations" else empty
+                first = bytes([0x01]) + frame(b"")[1:] if name == "continuations" else b""
+                last = frame(b"{", 0) if name == "continuations" else frame(b"{")
+                begun = time.monotonic()
+                sender = threading.Thread(target=viewer.connection.sendall, args=(first + empty * ((seconds << 20) // len(empty)) + last,))
+                sender.start()
+                viewer.connection.settimeout(60)
+                viewer.text("status")
+                self.assertGreater(time.monotonic() - begun, seconds - 1)
+                sender.join()
+                viewer.close()
+        self.assertEqual(view.end(), 0)
+
     def test_half_open_connections_lock_nobody_out(self):
         view = self.view()
         for port in (view.viewers, view.port):

@@ -160,13 +160,20 @@ def graph_verbs():
             yield words, ["--budget", "1"] if "--budget" in shown else []
 
 
+# Options of a sanitizer, which else takes signals of crashes for itself.
+LEFT_TO_THE_COMMAND = tuple(f"handle_{name}=0" for name in ("segv", "abort", "sigbus", "sigfpe", "sigill"))
+
+
 class CommandTest(unittest.TestCase):
     cache = None  # of each test its own
+    sanitizer_options = ()
 
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tactor-test-"))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
         self.environment = {"TACTOR_CACHE": str(self.cache or self.folder / "cache")}
+        for name in ("ASAN_OPTIONS", "TSAN_OPTIONS") if self.sanitizer_options else ():
+            self.environment[name] = ":".join([os.environ.get(name, ""), *self.sanitizer_options])
 
     def write(self, name, text):
         path = self.folder / name

@@ -8,7 +8,7 @@ import subprocess
 import textwrap
 import unittest
 
-from harness import PRESSED_WALL, TACTOR, tactor
+from harness import LEFT_TO_THE_COMMAND, PRESSED_WALL, TACTOR, tactor
 from modbus_harness import EASY, PATIENCE, ModbusHarness
 
 NODE = """
@@ -36,6 +36,9 @@ WARNING = r"run\.yaml:\d+:\d+: node watch is in Python and runs in the process t
 
 
 class PythonBesideHardware(ModbusHarness):
+    # The interpreter keeps its objects to the end of the process.
+    sanitizer_options = (*LEFT_TO_THE_COMMAND, "detect_leaks=0")
+
     def watched(self, connect, act, duration="60 s"):
         self.write("watch.py", NODE % textwrap.indent(textwrap.dedent(act), " " * 8))
         text = PRESSED_WALL % {"device": f'type: modbus.actuator, profile: {self.profile}, connect: "{connect}", '
@@ -116,7 +119,7 @@ class PythonBesideHardware(ModbusHarness):
 
     def test_what_nothing_can_catch_ends_the_process_and_the_motor_lets_go_by_itself(self):
         """As docs/trust/safety.md says: nothing commands zero, and the watchdog of the motor does it."""
-        self.profile.write_text(self.profile.read_text().replace("time: 3 s", "time: 1 s"))
+        self.shorten_watchdog()
         for act, code in (("import ctypes; ctypes.string_at(0)", -signal.SIGSEGV),
                           ("import ctypes; ctypes.CDLL(None)._exit(0)", 0),
                           ("os.kill(os.getpid(), signal.SIGKILL)", -signal.SIGKILL)):
@@ -124,9 +127,15 @@ class PythonBesideHardware(ModbusHarness):
                 process = self.run_watched(act)
                 process.communicate(timeout=PATIENCE)
                 self.assertEqual(process.returncode, code)
-                self.wait_until(lambda: self.log_rows()[-1][4], self.emulator, "the watchdog ran out", timeout=PATIENCE)
-                self.assertEqual(self.log_rows()[-1][2], 0)
+                self.until_let_go()
                 self.emulator.kill()
+
+    def shorten_watchdog(self):
+        self.profile.write_text(self.profile.read_text().replace("time: 3 s", "time: 1 s"))
+
+    def until_let_go(self):
+        self.wait_until(lambda: self.log_rows()[-1][4], self.emulator, "the watchdog ran out", timeout=PATIENCE)
+        self.assertEqual(self.log_rows()[-1][2], 0)
 
     def children_have(self, make_child, line=("--tcp", "0")):
         """What a child that the node makes so has of the device: the parent is killed, and the child lives on."""
@@ -163,6 +172,7 @@ class PythonBesideHardware(ModbusHarness):
         makers = {"os.fork": "pid = os.fork()\n            if pid == 0: child()",
                   "multiprocessing": "multiprocessing.get_context('fork').Process(target=child, daemon=True).start()",
                   "ctypes fork": "import ctypes\n            pid = ctypes.PyDLL(None).fork()\n            if pid == 0: child()"}
+        self.shorten_watchdog()
         for line in (("--tcp", "0"), ("--pty", "--no-line-delay")):
             for name, maker in makers.items():
                 with self.subTest(line=line[0], maker=name):
@@ -181,6 +191,7 @@ class PythonBesideHardware(ModbusHarness):
                         self.wait_until(lambda: connections_of(self.emulator.pid) < connections, self.emulator,
                                         "the motor saw the end of the connection", timeout=PATIENCE)
                     # The device is free for the next one.
+                    self.until_let_go()
                     again = self.start_again()
                     self.until_driven(again, after=self.log_rows()[-1][0])
                     self.end_early(again)

@@ -7,7 +7,7 @@ import time
 import unittest
 
 from faults_test import NOT_PERMITTED, TIMEOUT, FaultRun, duck
-from harness import TACTOR, needs_live
+from harness import LEFT_TO_THE_COMMAND, TACTOR, needs_live
 
 # By number, because Python has no names for all of them.
 STACK_FAULT = 16
@@ -25,6 +25,8 @@ CANNOT_BE_HANDLED = {signal.SIGKILL, signal.SIGSTOP}
 
 @needs_live
 class Signals(FaultRun):
+    sanitizer_options = LEFT_TO_THE_COMMAND
+
     def start_in_contact(self, *arguments, **options):
         subprocess.run(["rm", "-rf", self.out], check=True)
         process = self.start(duck(), *arguments, **options)

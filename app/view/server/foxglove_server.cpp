@@ -40,6 +40,7 @@ using asio::ip::tcp;
 using boost::system::error_code;
 using nlohmann::json;
 using Shared = std::shared_ptr<const std::string>;
+using LimitedStream = beast::basic_stream<tcp, asio::any_io_executor, beast::simple_rate_policy>;
 
 constexpr std::size_t request_limit = 64 * 1024;  // bytes, from a viewer
 constexpr std::uint32_t handshake_limit = 8 * 1024;
@@ -88,7 +89,10 @@ class FoxgloveHub;
 class Viewer : public std::enable_shared_from_this<Viewer> {
  public:
   Viewer(FoxgloveHub& hub, tcp::socket socket, std::size_t& waiting_of_all)
-      : hub_(hub), stream_(std::move(socket)), timer_(stream_.get_executor()), waiting_(waiting_of_all) {}
+      : hub_(hub), stream_(std::move(socket)), timer_(stream_.get_executor()), waiting_(waiting_of_all) {
+    // Frames that end no request are work too.
+    beast::get_lowest_layer(stream_).rate_policy().read_limit(RequestMeter::a_second);
+  }
   void accept();
   void send(std::string text);
   void send(const Sample& sample);
@@ -115,7 +119,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   void pump();
 
   FoxgloveHub& hub_;
-  websocket::stream<beast::tcp_stream> stream_;
+  websocket::stream<LimitedStream> stream_;
   asio::steady_timer timer_;
   beast::flat_buffer buffer_;
   http::request_parser<http::empty_body> parser_;

@@ -65,7 +65,7 @@ std::array<std::size_t, 3> box_cells(const Vec3& size, const VolumeFineness& fin
 
 TetMesh box_volume(const Vec3& size, const std::array<std::size_t, 3>& cells) {
   TetMesh mesh;
-  const auto [nx, ny, nz] = cells;
+  const std::size_t nx = cells[0], ny = cells[1], nz = cells[2];
   for (std::size_t k = 0; k <= nz; ++k) {
     for (std::size_t j = 0; j <= ny; ++j) {
       for (std::size_t i = 0; i <= nx; ++i) {
