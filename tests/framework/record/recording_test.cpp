@@ -1,5 +1,7 @@
 // A recording holds what was written, for our reader and for h5py, also where the writer was killed.
+#include <fcntl.h>
 #include <malloc.h>
+#include <sys/file.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -10,8 +12,10 @@
 #include <cstdlib>
 #include <map>
 #include <sstream>
+#include <thread>
 
 #include "framework/core/check.hpp"
+#include "framework/core/file_descriptor.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/record/csv.hpp"
 #include "nodes/prediction/ar_coefficients.hpp"
@@ -264,6 +268,40 @@ BOOST_AUTO_TEST_CASE(a_file_being_written_is_neither_mended_nor_overwritten) {
   BOOST_CHECK_THROW(load_record_library().create(folder / "a.h5", header), InputError);
   recorder->close();
   BOOST_TEST(read_and_compare(*load_record_library().open(folder / "a.h5")) == 10);
+}
+
+/// As HDF5 and so h5py lock a file that they read.
+class Looking {
+ public:
+  explicit Looking(const std::filesystem::path& path)
+      : file_(::open(path.c_str(), O_RDONLY | O_CREAT | O_CLOEXEC, 0666)) {
+    BOOST_TEST_REQUIRE(::flock(file_.number(), LOCK_SH) == 0);
+  }
+  void end() { BOOST_TEST_REQUIRE(::flock(file_.number(), LOCK_UN) == 0); }
+
+ private:
+  FileDescriptor file_;
+};
+
+BOOST_AUTO_TEST_CASE(who_looks_for_a_moment_at_a_file_that_is_begun_keeps_nobody_from_writing_it) {
+  const Folder folder;
+  Looking looking(folder / "a.h5");
+  const std::jthread thread([&looking] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    looking.end();
+  });
+  const auto recorder = load_record_library().create(folder / "a.h5", header);
+  write_rows(*recorder, 10);
+  recorder->close();
+  BOOST_TEST(read_and_compare(*load_record_library().open(folder / "a.h5")) == 10);
+}
+
+BOOST_AUTO_TEST_CASE(who_goes_on_looking_is_named_as_the_reason) {
+  const Folder folder;
+  const Looking looking(folder / "a.h5");
+  BOOST_CHECK_EXCEPTION(load_record_library().create(folder / "a.h5", header), InputError, [](const InputError& error) {
+    return std::string(error.what()).find("another program has it open; end that one first") != std::string::npos;
+  });
 }
 
 BOOST_AUTO_TEST_CASE(a_recorder_that_is_dropped_leaves_a_readable_incomplete_file) {
