@@ -48,6 +48,8 @@ class Whole {
   Whole(const Scene& scene, double margin) : collision_(make_collision(scene, margin)), dynamics_(scene) {
     collision_.device.configure({});
     collision_.state.configure({});
+    // As in a graph in which nobody reads it.
+    collision_.local.set_wanted(false);
   }
 
   /// us, of the parts of a step and of all.
