@@ -102,7 +102,7 @@ bool write_all(int file, std::string_view text) {
   return true;
 }
 
-/// Where a stream of stdio writes to.
+/// The target of a stream of stdio.
 struct ShownFile {
   int file;
   std::string cut;  // the beginning of a character whose other bytes have not come yet

@@ -392,7 +392,9 @@ void repair_recording(const fs::path& path) {
   const std::string why = repaired ? std::string() : hdf5_error();
   if (repaired) return;
   throw InputError("cannot repair " + path.string() + ": " +
-                   (hdf5_lock_of(path) == LockAnswer::busy ? "another program has it open; end that one first" : why));
+                   (!opened && hdf5_lock_of(path, LockKind::whole) == LockAnswer::busy
+                        ? "another program has it open; end that one first"
+                        : why));
 }
 
 }  // namespace tactor

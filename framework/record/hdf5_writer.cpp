@@ -5,9 +5,7 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
-#include <thread>
 
 #include "framework/core/check.hpp"
 #include "framework/core/message_json.hpp"
@@ -41,22 +39,6 @@ Handle file_access() {
   indices.decr_mode = H5C_decr__off;
   TACTOR_DEMAND(H5Pset_mdc_config(access.get(), &indices) >= 0);
   return access;
-}
-
-bool has_readers(const fs::path& path) {
-  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
-  return file && ask_for_lock(file.number(), LockKind::whole) == LockAnswer::busy;
-}
-
-/// Whoever watches for a recording may be looking at the file just now, and HDF5 creates none under another's lock. So
-/// it is asked again for a second; once more also where the reader is gone when that is looked up.
-Handle create_among_readers(const fs::path& path, hid_t creation = H5P_DEFAULT) {
-  const auto give_up = std::chrono::steady_clock::now() + std::chrono::seconds(1);
-  for (bool again = true;; again = has_readers(path)) {
-    Handle file = create_hdf5(path, file_access(), creation);
-    if (file || !again || std::chrono::steady_clock::now() > give_up) return file;
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
 }
 
 /// Writes `count` records at row `first`, the end of the dataset.
@@ -98,7 +80,7 @@ RecordingLock::RecordingLock(const fs::path& path, bool make, const std::string&
 }
 
 bool is_being_written(const fs::path& path) {
-  if (hdf5_lock_of(path) == LockAnswer::busy) return true;
+  if (hdf5_lock_of(path, LockKind::shared) == LockAnswer::busy) return true;
   const FileDescriptor file(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   WriteLock lock;
   return file && !lock.take(file.number(), path, LockKind::beside);
@@ -108,11 +90,13 @@ Hdf5Recorder::Hdf5Recorder(fs::path path, RecordingHeader header)
     : path_(std::move(path)), header_(std::move(header)), lock_(path_, true, "cannot record to " + path_.string()) {
   silence_hdf5();
   // Created at once, so that a path that cannot be written is found before the run starts.
-  file_ = create_among_readers(path_);
+  file_ = create_hdf5(path_, file_access());
   if (file_) return;
   const std::string why = hdf5_error();
   throw InputError("cannot record to " + path_.string() + ": " +
-                   (has_readers(path_) ? "another program has it open; end that one first" : why));
+                   (hdf5_lock_of(path_, LockKind::whole) == LockAnswer::busy
+                        ? "another program has it open; end that one first"
+                        : why));
 }
 
 Hdf5Recorder::~Hdf5Recorder() {
@@ -195,7 +179,7 @@ Handle Hdf5Recorder::make_data(hid_t file, const Rows& rows, bool final) const {
 Handle Hdf5Recorder::make_file(const fs::path& path, bool final) const {
   const Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   H5Pset_obj_track_times(creation.get(), false);
-  Handle file = create_among_readers(path, creation.get());
+  Handle file = create_hdf5(path, file_access(), creation.get());
   if (!file) fail("writing");
   const Handle group_creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
   H5Pset_obj_track_times(group_creation.get(), false);

@@ -237,13 +237,12 @@ class Foxglove(CommandTest):
     def test_frames_that_end_no_request_are_limited_too(self):
         view = self.view()
         seconds = 3  # that so many bytes take at 1 MiB/s
-        for name, empty in [("continuations", frame(b"", 0)), ("pings", frame(b"", 9)), ("pongs", frame(b"", 10))]:
+        text_goes_on, goes_on = b"\x01\x80" + bytes(4), b"\x00\x80" + bytes(4)  # frames of nothing that are not the last
+        for name, first, empty, last in [("continuations", text_goes_on, goes_on, frame(b"{", 0)),
+                                         ("pings", b"", frame(b"", 9), frame(b"{")), ("pongs", b"", frame(b"", 10), frame(b"{"))]:
             with self.subTest(name):
                 viewer = Viewer(view.viewers, receive_buffer=None)
                 viewer.text("advertise")
-                empty = bytes([empty[0] & 0x7f]) + empty[1:] if name == "continuations" else empty
-                first = bytes([0x01]) + frame(b"")[1:] if name == "continuations" else b""
-                last = frame(b"{", 0) if name == "continuations" else frame(b"{")
                 begun = time.monotonic()
                 sender = threading.Thread(target=viewer.connection.sendall, args=(first + empty * ((seconds << 20) // len(empty)) + last,))
                 sender.start()

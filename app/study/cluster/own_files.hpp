@@ -7,8 +7,8 @@
 
 namespace tactor {
 
-/// All bytes of a file; nothing if there is none. Throws InputError if the file or its folder is not this user's alone,
-/// and if it is no regular file (see KeptFolder).
+/// All bytes of a file; nothing if there is none. Throws InputError if somebody else may have written the file or its
+/// folder. It throws the same if the file is no regular file (see KeptFolder).
 std::optional<std::string> own_bytes(const std::filesystem::path& file);
 
 /// Throws the same where a folder that is there is not of this user alone, or where everybody may put another one in

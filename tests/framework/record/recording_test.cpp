@@ -298,10 +298,16 @@ BOOST_AUTO_TEST_CASE(who_looks_for_a_moment_at_a_file_that_is_begun_keeps_nobody
 
 BOOST_AUTO_TEST_CASE(who_goes_on_looking_is_named_as_the_reason) {
   const Folder folder;
-  const Looking looking(folder / "a.h5");
-  BOOST_CHECK_EXCEPTION(load_record_library().create(folder / "a.h5", header), InputError, [](const InputError& error) {
+  const auto names_the_reason = [](const InputError& error) {
     return std::string(error.what()).find("another program has it open; end that one first") != std::string::npos;
-  });
+  };
+  const Looking at_new(folder / "a.h5");
+  BOOST_CHECK_EXCEPTION(load_record_library().create(folder / "a.h5", header), InputError, names_the_reason);
+  write_and_be_killed(folder / "b.h5");
+  Looking at_killed(folder / "b.h5");
+  BOOST_CHECK_EXCEPTION(load_record_library().repair(folder / "b.h5"), InputError, names_the_reason);
+  at_killed.end();
+  load_record_library().repair(folder / "b.h5");
 }
 
 BOOST_AUTO_TEST_CASE(a_recorder_that_is_dropped_leaves_a_readable_incomplete_file) {
