@@ -4,7 +4,9 @@
 #include <boost/test/unit_test.hpp>
 #include <cstring>
 #include <limits>
+#include <optional>
 
+#include "app/study/run/bytes.hpp"
 #include "framework/core/check.hpp"
 
 using namespace tactor;
@@ -110,5 +112,17 @@ BOOST_AUTO_TEST_CASE(a_message_that_is_cut_off_is_refused) {
   const std::string whole = to_message(job);
   for (std::size_t size = 0; size < whole.size(); ++size) {
     BOOST_CHECK_THROW(from_message<Job>(whole.substr(0, size)), RunError);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_byte_that_is_neither_true_nor_false_is_refused) {
+  for (int byte = 0; byte < 256; ++byte) {
+    const std::string bytes(1, static_cast<char>(byte));
+    if (byte < 2) {
+      BOOST_TEST(from_bytes<bool>(bytes) == (byte == 1));
+    } else {
+      BOOST_CHECK_THROW(from_bytes<bool>(bytes), RunError);
+      BOOST_CHECK_THROW(from_bytes<std::optional<bool>>(bytes + '\1'), RunError);
+    }
   }
 }

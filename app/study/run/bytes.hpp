@@ -27,7 +27,7 @@ concept SameAs = std::same_as<std::remove_const_t<T>, U>;
 
 /// Numbers and enumerations are copied as they lie in memory: writer and reader are the same program.
 template <class T>
-concept Flat = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+concept Flat = (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) || std::is_enum_v<T>;
 
 /// Appends values.
 class ByteWriter {
@@ -43,6 +43,7 @@ class ByteWriter {
   void put(const T& value) {
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
+  void put(bool value) { bytes_ += value ? '\1' : '\0'; }
   void put(const std::string& text) {
     put(text.size());
     bytes_ += text;
@@ -102,6 +103,12 @@ class ByteReader {
   template <Flat T>
   void get(T& value) {
     std::memcpy(&value, next(sizeof value).data(), sizeof value);
+  }
+  /// A byte that is neither 0 nor 1 is no bool.
+  void get(bool& value) {
+    const char byte = next(1).front();
+    if (byte != 0 && byte != 1) fail();
+    value = byte != 0;
   }
   void get(std::string& text) { text = next(count(1)); }
   void get(std::filesystem::path& path) {
