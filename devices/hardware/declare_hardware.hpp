@@ -3,6 +3,7 @@
 
 #include "devices/hardware/hardware_device.hpp"
 #include "framework/realtime/declare_device.hpp"
+#include "framework/realtime/declare_velocity.hpp"
 
 namespace tactor {
 
@@ -42,22 +43,8 @@ void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = 
       .reals("rotation", static_cast<std::vector<double> P::*>(&P::rotation), 3, defaults.rotation,
              {.doc = "rotation vector of the device's base in the scene", .unit = "rad", .min = -7, .max = 7})
       .reals("origin", static_cast<std::vector<double> P::*>(&P::origin), 3, defaults.origin,
-             {.doc = "position of the device's zero in the scene", .unit = "m", .min = -1e3, .max = 1e3})
-      .real("velocity_departure", static_cast<double P::*>(&P::velocity_departure),
-            {.doc = "how far the handle departs from constant acceleration in 10 ms, for the filter that estimates its "
-                    "velocity. Less is smoother and later",
-             .unit = "m",
-             .default_value = defaults.velocity_departure,
-             .min = 0,
-             .max = 1,
-             .above_min = true})
-      .real("velocity_departure_angle", static_cast<double P::*>(&P::velocity_departure_angle),
-            {.doc = "the same for its rotation",
-             .unit = "rad",
-             .default_value = defaults.velocity_departure_angle,
-             .min = 0,
-             .max = 10,
-             .above_min = true});
+             {.doc = "position of the device's zero in the scene", .unit = "m", .min = -1e3, .max = 1e3});
+  declare_velocity(declaration);
   const auto count = [&declaration](const std::string& name, const std::string& doc, Better better) {
     declaration.metric("device." + name, "1", doc, better);
   };

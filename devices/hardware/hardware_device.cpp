@@ -73,8 +73,8 @@ HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& 
       kinematics_(std::move(parts.kinematics)),
       limits_(with(parts.limits, params.stuck_after)),
       plausibility_(limits_),
-      filter_(params.velocity_departure, noise_of(parts.resolution * params.workspace_scale),
-              params.velocity_departure_angle, noise_of(parts.resolution_angle), context.torque),
+      filter_(params, noise_of(parts.resolution * params.workspace_scale), noise_of(parts.resolution_angle),
+              1 / std::min(parts.rate, params.rate), context.torque),
       cutoff_Hz_(cutoff(params.velocity_departure, noise_of(parts.resolution * params.workspace_scale), parts.rate)),
       age_(std::make_unique<LatencyHistogram>()) {
   TACTOR_DEMAND(kinematics_->axes() == limits_.axes && limits_.axes >= 1 && limits_.axes <= max_axes);

@@ -12,20 +12,18 @@
 #include "devices/hardware/workspace.hpp"
 #include "framework/realtime/device_node.hpp"
 #include "framework/realtime/latency_histogram.hpp"
-#include "framework/realtime/motion_filter.hpp"
+#include "framework/realtime/pose_filter.hpp"
 
 namespace tactor {
 
 /// The parameters that all devices of hardware have; `declare_hardware` declares them.
-struct HardwareParams : DeviceParams {
+struct HardwareParams : DeviceParams, VelocityParams {
   Duration link_timeout{50'000'000};        ///< a sample that is older fails the device
   Duration connect_timeout{5'000'000'000};  ///< so long the first sample may take
   double workspace_scale = 1;
   double force_scale = 1;
-  std::vector<double> rotation{0, 0, 0};   ///< rad, rotation vector of R_WB
-  std::vector<double> origin{0, 0, 0};     ///< m, p_WB
-  double velocity_departure = 2e-6;        ///< m, in 10 ms, see MotionFilter
-  double velocity_departure_angle = 2e-5;  ///< rad, in 10 ms
+  std::vector<double> rotation{0, 0, 0};  ///< rad, rotation vector of R_WB
+  std::vector<double> origin{0, 0, 0};    ///< m, p_WB
   Duration stuck_after{1'000'000'000};
 };
 

@@ -3,6 +3,7 @@
 
 #include "devices/simulated/simulated.hpp"
 #include "framework/realtime/declare_device.hpp"
+#include "framework/realtime/declare_velocity.hpp"
 
 namespace tactor {
 
@@ -288,27 +289,8 @@ NodeInfo SimulatedDevice::declare() {
              .default_value = 1e-4,
              .min = 0,
              .max = 0.1,
-             .in_reference = 0})
-      .real("velocity_departure", &Params::velocity_departure,
-            {.doc = "how far the handle departs from constant acceleration in 10 ms, for the filter that estimates its "
-                    "velocity. Less is smoother and later",
-             .unit = "m",
-             .default_value = 2e-6,
-             .min = 0,
-             .max = 1,
-             .above_min = true})
-      .real("velocity_departure_angle", &Params::velocity_departure_angle,
-            {.doc = "the same for its rotation",
-             .unit = "rad",
-             .default_value = 2e-5,
-             .min = 0,
-             .max = 10,
-             .above_min = true})
-      .choice("velocity_filter", &Params::velocity_filter,
-              {{"several", VelocityFilter::several}, {"one", VelocityFilter::one}},
-              std::optional(VelocityFilter::several),
-              "several: models of the handle's motion run side by side, weighted by how well each predicts it; one: a "
-              "single model that adapts, which is later if a hand trembles");
+             .in_reference = 0});
+  declare_velocity(declaration);
   declare_translation(declaration);
   declare_rotation(declaration);
   declaration.real("sub_step", &Params::sub_step,

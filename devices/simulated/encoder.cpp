@@ -12,19 +12,19 @@ Vec3 rounded(const Vec3& value, double step) {
 
 /// The standard deviation of noise and of rounding to a step; any, where there is neither and the filter is not asked.
 double deviation_of(double step, double noise) {
-  const double rounding = step / std::sqrt(12.0);
-  if (noise <= 0) return step > 0 ? rounding : 1;
-  return std::hypot(rounding, noise);
+  return step > 0 || noise > 0 ? std::hypot(step / std::sqrt(12.0), noise) : 1;
 }
 
 }  // namespace
 
 Encoder::Encoder(const EncoderParameters& parameters, bool rotate)
-    : parameters_(parameters),
-      rotate_(rotate),
-      engine_(parameters.seed),
-      filter_(parameters.departure, deviation_of(parameters.step, parameters.noise), parameters.departure_angle,
-              deviation_of(parameters.step_angle, parameters.noise_angle), rotate, parameters.filter) {}
+    : parameters_(parameters), rotate_(rotate), engine_(parameters.seed) {
+  const bool shown = parameters.step > 0 || parameters.noise > 0;
+  const bool shown_angle = rotate && (parameters.step_angle > 0 || parameters.noise_angle > 0);
+  if (!shown && !shown_angle) return;
+  filter_.emplace(parameters.velocity, deviation_of(parameters.step, parameters.noise),
+                  deviation_of(parameters.step_angle, parameters.noise_angle), parameters.interval, shown_angle);
+}
 
 Vec3 Encoder::noisy(const Vec3& value, double deviation) {
   // One after the other, so that the order of the draws is that of the axes.
@@ -45,8 +45,9 @@ MotionState Encoder::read(const MotionState& truth, Time now) {
     if (p.step_angle > 0) r_W = rounded(r_W, p.step_angle);
     shown.X.R = from_rotation_vector(r_W);
   }
-  filter_.take(shown.X, now);
-  const Twist estimate = filter_.velocity();
+  if (!filter_) return shown;
+  filter_->take(shown.X, now);
+  const Twist estimate = filter_->velocity();
   if (p.step > 0 || p.noise > 0) shown.V.v = estimate.v;
   if (p.step_angle > 0 || p.noise_angle > 0) shown.V.w = estimate.w;
   return shown;

@@ -4,22 +4,22 @@
 #include <boost/random/mersenne_twister.hpp>
 #include <boost/random/normal_distribution.hpp>
 #include <cstdint>
+#include <optional>
 
 #include "devices/simulated/motion.hpp"
 #include "framework/core/time.hpp"
-#include "framework/realtime/motion_filter.hpp"
+#include "framework/realtime/pose_filter.hpp"
 
 namespace tactor {
 
 struct EncoderParameters {
-  double step = 0;             ///< m; 0: none
-  double step_angle = 0;       ///< rad; 0: none
-  double departure = 0;        ///< m in 10 ms, as MotionFilter has it
-  double departure_angle = 0;  ///< rad in 10 ms
-  VelocityFilter filter = VelocityFilter::several;
+  double step = 0;        ///< m; 0: none
+  double step_angle = 0;  ///< rad; 0: none
+  VelocityParams velocity;
   double noise = 0;        ///< m, root of the mean square, of each coordinate; 0: none
   double noise_angle = 0;  ///< rad, of each coordinate of the rotation vector
   std::uint64_t seed = 0;  ///< of the noise
+  double interval = 0;     ///< s, of ticks
 };
 
 /// Adds white Gaussian noise to each coordinate, then rounds it to the nearest multiple of a step; the rotation vector
@@ -39,7 +39,7 @@ class Encoder {
   bool rotate_;
   boost::random::mt19937_64 engine_;
   boost::random::normal_distribution<double> normal_;
-  PoseFilter filter_;
+  std::optional<PoseFilter> filter_;  // where there are steps or noise
 };
 
 }  // namespace tactor

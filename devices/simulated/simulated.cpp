@@ -65,12 +65,11 @@ Handle handle_of(const SimulatedDevice::Params& params, bool rotate) {
 Encoder encoder_of(const SimulatedDevice::Params& params, const NodeContext& context) {
   return Encoder({.step = params.encoder_step,
                   .step_angle = params.encoder_step_angle,
-                  .departure = params.velocity_departure,
-                  .departure_angle = params.velocity_departure_angle,
-                  .filter = params.velocity_filter,
+                  .velocity = params,
                   .noise = params.encoder_noise,
                   .noise_angle = params.encoder_noise_angle,
-                  .seed = derive_seed(context.seed, "encoder")},
+                  .seed = derive_seed(context.seed, "encoder"),
+                  .interval = 1 / params.rate},
                  context.torque);
 }
 

@@ -34,13 +34,10 @@ namespace tactor {
 class SimulatedDevice final : public DeviceNode {
  public:
   enum class Loop { open, closed };
-  struct Params : DeviceParams {
+  struct Params : DeviceParams, VelocityParams {
     Loop loop = Loop::open;
-    double encoder_step = 0;              ///< m
-    double encoder_step_angle = 0;        ///< rad
-    double velocity_departure = 0;        ///< m, in 10 ms
-    double velocity_departure_angle = 0;  ///< rad, in 10 ms
-    VelocityFilter velocity_filter = VelocityFilter::several;
+    double encoder_step = 0;             ///< m
+    double encoder_step_angle = 0;       ///< rad
     double mass = 0;                     ///< kg, of the handle
     double damping = 0;                  ///< N s/m
     double friction = 0;                 ///< N

@@ -10,30 +10,25 @@ namespace tactor {
 
 namespace {
 
-constexpr double memory_time = 0.1;       // s, of the likelihoods
 constexpr double memory_time_one = 0.02;  // s, of the mean of squared innovations of a model that adapts
 constexpr double calm = 4;                // that mean, up to which the model holds
 constexpr double largest_increase = 100;  // of q
 constexpr double most_surprising = 100;   // a squared innovation by its variance, of three axes
-constexpr double expected = 3;            // the same of one axis, up to which it is no surprise
-constexpr double most_unlikely = 36;      // the same
 constexpr double first_departure = 0.25;  // of the models of an order
 constexpr double ratio_of_departures = 4;
 constexpr double departure_of_order_4 = 0.25;  // by that of order 3
 constexpr std::size_t models_of_order_3 = MotionFilter::models / 2;
 
-MotionModel make_model(VelocityFilter kind, double departure, double noise, std::size_t i) {
-  if (kind == VelocityFilter::one) return MotionModel(departure, noise, 3, true);
-  const bool third = i < models_of_order_3;
-  const auto step = static_cast<double>(third ? i : i - models_of_order_3);
-  const double d = departure * first_departure * std::pow(ratio_of_departures, step);
-  return MotionModel(third ? d : departure_of_order_4 * d, noise, third ? 3 : 4);
+MotionModel make_model(bool alone, double departure, double noise, std::size_t i) {
+  if (alone) return MotionModel(departure, noise, 3, true);
+  const MotionFilter::Chain chain = MotionFilter::chain(i);
+  return MotionModel(chain.departure * departure, noise, chain.order);
 }
 
 template <std::size_t... i>
-std::array<MotionModel, sizeof...(i)> make_models(VelocityFilter kind, double departure, double noise,
+std::array<MotionModel, sizeof...(i)> make_models(bool alone, double departure, double noise,
                                                   std::index_sequence<i...>) {
-  return {make_model(kind, departure, noise, i)...};
+  return {make_model(alone, departure, noise, i)...};
 }
 
 constexpr std::array<double, MotionModel::most_order> factorial{1, 1, 2, 6};
@@ -107,17 +102,19 @@ Vec3 MotionModel::correct(const Vec3& sample) {
       P_[i][j] = P_[j][i] = i == 0 ? variance_ * row[j] / s : P_[i][j] - row[i] * row[j] / s;
     }
   }
-  Vec3 likely;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double square = innovation[axis] * innovation[axis] / s;
-    likely[axis] = -0.5 * (std::clamp(square, expected, most_unlikely) + std::log(s / variance_));
-  }
-  return likely;
+  return log_likelihood(innovation / std::sqrt(s), std::log(s / variance_));
 }
 
-MotionFilter::MotionFilter(double departure, double noise, VelocityFilter kind)
-    : count_(kind == VelocityFilter::one ? 1 : models),
-      models_(make_models(kind, departure, noise, std::make_index_sequence<models>())) {
+MotionFilter::Chain MotionFilter::chain(std::size_t i) {
+  const bool third = i < models_of_order_3;
+  const auto step = static_cast<double>(third ? i : i - models_of_order_3);
+  const double speed = first_departure * std::pow(ratio_of_departures, step);
+  if (third) return {3, speed, speed};
+  return {4, speed, departure_of_order_4 * speed};
+}
+
+MotionFilter::MotionFilter(double departure, double noise, bool alone)
+    : count_(alone ? 1 : models), models_(make_models(alone, departure, noise, std::make_index_sequence<models>())) {
   mix();
 }
 
@@ -128,10 +125,10 @@ void MotionFilter::start(const Vec3& value) {
 }
 
 void MotionFilter::take(double interval, const Vec3& sample) {
-  const double kept = std::exp(-interval / memory_time);
+  likelihood_.fade(interval);
   for (std::size_t i = 0; i < count_; ++i) {
     models_[i].predict(interval);
-    likelihood_[i] = kept * likelihood_[i] + models_[i].correct(sample);
+    likelihood_.add(i, models_[i].correct(sample));
   }
   mix();
 }
@@ -143,45 +140,14 @@ void MotionFilter::count_from_here() {
 
 /// The means by the likelihoods, axis by axis.
 void MotionFilter::mix() {
+  likelihood_.shares(weights_, count_);
   value_ = rate_ = {};
-  for (int axis = 0; axis < 3; ++axis) {
-    double most = likelihood_[0][axis];
-    for (std::size_t i = 1; i < count_; ++i) most = std::max(most, likelihood_[i][axis]);
-    double sum = 0;
-    for (std::size_t i = 0; i < count_; ++i) sum += weights_[i][axis] = std::exp(likelihood_[i][axis] - most);
-    for (std::size_t i = 0; i < count_; ++i) {
-      weights_[i][axis] /= sum;
+  for (std::size_t i = 0; i < count_; ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
       value_[axis] += weights_[i][axis] * models_[i].value()[axis];
       rate_[axis] += weights_[i][axis] * models_[i].rate()[axis];
     }
   }
-}
-
-PoseFilter::PoseFilter(double departure, double noise, double departure_angle, double noise_angle, bool rotate,
-                       VelocityFilter kind)
-    : translation_(departure, noise, kind), rotation_(departure_angle, noise_angle, kind), rotate_(rotate) {}
-
-void PoseFilter::take(const Pose& X_WD, Time now) {
-  const Quat& R = X_WD.R;
-  // It would never be forgotten again.
-  if (!is_finite(X_WD.p) || !std::isfinite(R.w + R.x + R.y + R.z)) return;
-  if (!started_) {
-    started_ = true;
-    last_ = now;
-    translation_.start(X_WD.p);
-    rotation_.start({});
-    R_ = X_WD.R;
-    return;
-  }
-  const double interval = (now - last_).seconds();
-  if (interval <= 0) return;
-  last_ = now;
-  translation_.take(interval, X_WD.p);
-  if (!rotate_) return;
-  // Values are the turn from R_.
-  rotation_.take(interval, to_rotation_vector(X_WD.R * inverse(R_)));
-  R_ = from_rotation_vector(rotation_.value()) * R_;
-  rotation_.count_from_here();
 }
 
 }  // namespace tactor

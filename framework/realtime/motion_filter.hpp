@@ -5,7 +5,7 @@
 #include <cstddef>
 
 #include "framework/core/spatial.hpp"
-#include "framework/core/time.hpp"
+#include "framework/realtime/likelihood.hpp"
 
 namespace tactor {
 
@@ -31,9 +31,7 @@ class MotionModel {
   void start(const Vec3& value);
   /// Moves the estimate on by `interval` > 0 s.
   void predict(double interval);
-  /// Takes a sample in; returns how likely each of its coordinates was: the logarithm of the density, up to a constant,
-  /// no higher than for an innovation of sqrt(3) standard deviations, and no lower than for one of six. So a model is
-  /// not more likely because it follows each step of an encoder.
+  /// Takes a sample in; returns log_likelihood() of it.
   Vec3 correct(const Vec3& sample);
 
   /// From here on values are counted from `value`.
@@ -53,26 +51,27 @@ class MotionModel {
   std::array<std::array<double, most_order>, most_order> P_{};
 };
 
-/// How the velocity of a handle is estimated.
-enum class VelocityFilter {
-  several,  ///< several models side by side
-  one,      ///< one model that adapts
-};
-
-/// `several`: models side by side, six of order 3 with departures d/4, d, 4 d, ... 256 d, and six of order 4 with a
+/// Models side by side, six of order 3 with departures d/4, d, 4 d, ... 256 d, and six of order 4 with a
 /// quarter of these. Each is weighted, axis by axis, by how likely it made the samples of the last 0.1 s:
 ///   w_i ~ exp(sum_k e^(-age_k / 0.1 s) log p_i(k))
 /// (multiple-model estimation, ibid. ch. 11.6.2, with fading memory in place of constant weights). What it tells is
 /// their mean. So a hand that rests is smoothed, and one that trembles or is shaken by a stiff contact is followed
 /// without the lag with which a damper on the velocity would drive it. Axis by axis, because a hand may press calmly
 /// while it slides. A wild sample alone changes no weights to speak of.
-/// `one`: a single model of order 3 and departure d that adapts.
+/// Or, as `alone`, a single model of order 3 and departure d that adapts.
 class MotionFilter {
  public:
   static constexpr std::size_t models = 12;
+  /// The chain of model `i`.
+  struct Chain {
+    std::size_t order;
+    double speed;      ///< 1 for the second of its order, four times as much from one to the next
+    double departure;  ///< by that of the second model
+  };
+  static Chain chain(std::size_t i);
 
   /// `departure` of the second model, or of the only one, `noise` of all.
-  MotionFilter(double departure, double noise, VelocityFilter kind = VelocityFilter::several);
+  explicit MotionFilter(double departure, double noise, bool alone = false);
 
   void start(const Vec3& value);
   /// Takes in a sample that is `interval` > 0 s later than the last.
@@ -90,28 +89,9 @@ class MotionFilter {
 
   std::size_t count_;  // of the models in use, the first
   std::array<MotionModel, models> models_;
-  std::array<Vec3, models> likelihood_{};  // logarithm, fading
+  FadingLikelihood<models> likelihood_;
   std::array<Vec3, models> weights_{};
   Vec3 value_, rate_;
-};
-
-/// The same for a pose: the translation, and the rotation by small turns about the estimate.
-class PoseFilter {
- public:
-  PoseFilter(double departure, double noise, double departure_angle, double noise_angle, bool rotate,
-             VelocityFilter kind = VelocityFilter::several);
-
-  /// Takes in the pose at `now`; one that is not later than the last, or not finite, is left out.
-  void take(const Pose& X_WD, Time now);
-  /// m/s and rad/s in W; the angular one zero where nothing rotates.
-  [[nodiscard]] Twist velocity() const { return {translation_.rate(), rotation_.rate()}; }
-
- private:
-  MotionFilter translation_, rotation_;
-  bool rotate_;
-  bool started_ = false;
-  Time last_;
-  Quat R_;  // the estimate
 };
 
 }  // namespace tactor

@@ -52,7 +52,7 @@ BOOST_AUTO_TEST_CASE(the_velocity_of_an_encoder_is_estimated_from_its_steps_and_
   const double step = 1e-5;
   Bench coarse({{"encoder_step", step}});
   Bench exact({{"encoder_step", 0.0}, {"encoder_step_angle", 0.0}});
-  PoseFilter filter(2e-6, step / std::sqrt(12.0), 2e-5, 1e-4 / std::sqrt(12.0), true);
+  PoseFilter filter({}, step / std::sqrt(12.0), 1e-4 / std::sqrt(12.0), 1e-3, true);
   for (int i = 0; i < 500; ++i) {
     const double t = coarse.now().seconds();
     const MotionState ramp{{{0.0873 * t, 0, 0}, {}}, {{0.0873, 0, 0}, {0, 0, 0.1}}};

@@ -227,7 +227,7 @@ BOOST_AUTO_TEST_CASE(steady_sliding_takes_the_force_of_the_stribeck_curve) {
 BOOST_AUTO_TEST_CASE(encoder_noise_has_its_rms_no_mean_and_depends_on_the_seed_alone) {
   const double noise = 3e-5, noise_angle = 2e-4;
   EncoderParameters parameters{
-      .departure = 1e-5, .departure_angle = 1e-5, .noise = noise, .noise_angle = noise_angle, .seed = 7};
+      .velocity = {1e-5, 1e-5}, .noise = noise, .noise_angle = noise_angle, .seed = 7, .interval = 1e-3};
   Encoder encoder(parameters, true), same(parameters, true);
   parameters.seed = 8;
   Encoder other(parameters, true);
@@ -260,7 +260,7 @@ BOOST_AUTO_TEST_CASE(encoder_noise_has_its_rms_no_mean_and_depends_on_the_seed_a
 
 BOOST_AUTO_TEST_CASE(noise_comes_before_rounding) {
   const double step = 1e-5;
-  Encoder encoder({.step = step, .departure = 1e-5, .departure_angle = 1e-5, .noise = 2e-5, .seed = 3}, false);
+  Encoder encoder({.step = step, .velocity = {1e-5, 1e-5}, .noise = 2e-5, .seed = 3, .interval = 1e-3}, false);
   int moved = 0;
   for (int i = 0; i < 1000; ++i) {
     const Vec3 p = encoder.read({}, Time::from_seconds(i * tick)).X.p;

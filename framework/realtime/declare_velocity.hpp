@@ -1,0 +1,41 @@
+// The parameters of devices that estimate the velocity of their handle from positions.
+#pragma once
+
+#include <optional>
+
+#include "framework/node/declare.hpp"
+#include "framework/realtime/pose_filter.hpp"
+
+namespace tactor {
+
+/// Adds VelocityParams, from which the Params of N derive, to the declaration of device N.
+template <class N>
+void declare_velocity(Declare<N>& declaration) {
+  using P = typename N::Params;
+  const VelocityParams defaults;
+  declaration
+      .real("velocity_departure", static_cast<double P::*>(&P::velocity_departure),
+            {.doc = "how far the handle departs from constant acceleration in 10 ms, for the filter that estimates its "
+                    "velocity. Less is smoother and later",
+             .unit = "m",
+             .default_value = defaults.velocity_departure,
+             .min = 0,
+             .max = 1,
+             .above_min = true})
+      .real("velocity_departure_angle", static_cast<double P::*>(&P::velocity_departure_angle),
+            {.doc = "the same for its rotation",
+             .unit = "rad",
+             .default_value = defaults.velocity_departure_angle,
+             .min = 0,
+             .max = 10,
+             .above_min = true})
+      .choice(
+          "velocity_filter", static_cast<VelocityFilter P::*>(&P::velocity_filter),
+          {{"mixed", VelocityFilter::mixed}, {"several", VelocityFilter::several}, {"one", VelocityFilter::one}},
+          std::optional(defaults.velocity_filter),
+          "mixed: models of the handle's motion run side by side, each counts by how well it predicts the samples, "
+          "and they are added up so that a hand feels least of the encoder's steps; several: their mean alone; one: "
+          "a single model that adapts, which is later if a hand trembles");
+}
+
+}  // namespace tactor

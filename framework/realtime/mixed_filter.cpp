@@ -1,0 +1,200 @@
+#include "framework/realtime/mixed_filter.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+
+#include "framework/core/check.hpp"
+#include "framework/core/perception.hpp"
+#include "framework/realtime/motion_filter.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr double even_from = 0.1;  // s of even intervals, from which on filters are mixed
+
+// How much what a hand feels of the error counts beside its mean square.
+constexpr double felt = 10;       // in a slow motion or a tremor
+constexpr double felt_quick = 3;  // in a broad motion or a quick tremor, which hide some
+constexpr double less_felt = 8;   // by this factor less from one chain to the next that is faster than `departure`
+/// From this noise on, by departure. A finer encoder makes hardly any vibration, so there the error counts more.
+constexpr double whole_from = 0.72;
+
+constexpr double stiffness_by_damping = 35;  // 1/s, k / b of a coupling
+constexpr double handle_mass = 0.1;          // kg
+constexpr double tail_from = 160;            // Hz; above, what is felt is taken to grow with frequency
+constexpr double first_frequency = 0.3;      // Hz, of the integrals
+constexpr int frequencies = 120;
+
+using Square = Eigen::MatrixXd;
+using Line = Eigen::VectorXd;
+using Responses = Eigen::VectorXcd;
+
+struct Kind {
+  MotionLaw law;
+  double felt;  // how much it counts
+};
+
+constexpr std::array<double, 2> two_near(double frequency) {
+  return {0.9 * frequency, 1.1 * frequency};
+}
+
+std::array<Kind, MixedFilter::models> kinds(double departure, double noise) {
+  constexpr double sharp = 0.1, flat = 0.4;  // damping ratios of resonators
+  const double d = departure, share = std::min(1.0, noise / (whole_from * d));
+  std::array<Kind, MixedFilter::models> all;
+  std::size_t n = 0;
+  for (; n < MotionFilter::models; ++n) {
+    const MotionFilter::Chain chain = MotionFilter::chain(n);
+    all[n].law = {chain.order, chain.departure * d, 0, {}, 0};
+    all[n].felt = felt * std::pow(less_felt, -std::max(0.0, std::log2(chain.speed) / 2));
+  }
+  // On a hand that moves as chains do, or on one that hardly moves.
+  for (const double moves : {d, 0.1 * d}) {
+    for (const double frequency : {7.0, 10.0, 14.0}) {
+      all[n++] = {{3, moves, 25 * d * 10 / frequency, two_near(frequency), sharp}, felt};
+    }
+    all[n++] = {{3, moves, 75 * d, two_near(10), sharp}, felt};
+  }
+  all[n++] = {{3, 0.1 * d, 60 * d, two_near(19), sharp}, felt_quick};
+  for (const double broad : {10 * d, 40 * d, 160 * d}) {
+    all[n++] = {{3, 0.25 * d, broad, {6, 20}, flat}, felt_quick};
+  }
+  TACTOR_DEMAND(n == all.size());
+  for (Kind& kind : all) kind.felt *= share;
+  return all;
+}
+
+/// By its smallest value: how much of a force of this frequency is felt, squared.
+double felt_squared(double frequency_Hz) {
+  static const double least = [] {
+    double least = vibration_force_threshold(tail_from, handle_mass);
+    for (double f = 20; f < tail_from; f *= 1.05) least = std::min(least, vibration_force_threshold(f, handle_mass));
+    return least;
+  }();
+  const double by = frequency_Hz > tail_from ? frequency_Hz / tail_from
+                                             : least / vibration_force_threshold(frequency_Hz, handle_mass);
+  return by * by;
+}
+
+}  // namespace
+
+MixedFilter::MixedFilter(double departure, double noise, double nominal) : nominal_(nominal) {
+  TACTOR_DEMAND(nominal <= longest);
+  std::vector<Kind> used;
+  std::vector<SteadyModel> steady;
+  for (const Kind& kind : kinds(departure, noise)) {
+    const bool trembles = kind.law.tremor > 0;
+    const SteadyModel model(kind.law, noise, nominal);
+    if (trembles && !model.slow()) continue;
+    used.push_back(kind);
+    steady.push_back(model);
+    if (trembles) {
+      tremors_.push_back(model);
+    } else {
+      chains_.emplace_back(kind.law.departure, noise, kind.law.order);
+    }
+  }
+  const auto count = static_cast<Eigen::Index>(used.size());
+  std::vector<Square> A(used.size(), Square::Zero(count, count));
+  const double last = 0.5 / nominal, first = std::min(first_frequency, last / 100);
+  const double ratio = std::pow(last / first, 1.0 / frequencies);
+  const double of_noise = noise * noise * nominal;
+  for (int n = 0; n < frequencies; ++n) {
+    const double low = first * std::pow(ratio, n), f = low * std::sqrt(ratio), w = 2 * std::numbers::pi * f;
+    Responses error(count), H(count);
+    for (Eigen::Index j = 0; j < count; ++j) {
+      H[j] = steady[static_cast<std::size_t>(j)].response(w, stiffness_by_damping);
+      error[j] = H[j] - std::complex<double>(stiffness_by_damping, w);
+    }
+    const Square moved = (error * error.adjoint()).real(), shaken = (H * H.adjoint()).real();
+    const double width = low * (ratio - 1), felt = felt_squared(f);
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      A[i] += width * (1 + used[i].felt * felt) * (steady[i].spectrum(w) * moved + of_noise * shaken);
+    }
+  }
+  for (std::size_t i = 0; i < used.size(); ++i) {
+    // The filters are alike, so that the best sum is barely determined: none may count much. In units of each filter's
+    // own error, because these may be many orders of magnitude apart.
+    const Line unit = A[i].diagonal().cwiseSqrt().cwiseInverse();
+    Square scaled = unit.asDiagonal() * A[i] * unit.asDiagonal();
+    scaled.diagonal() += 1e-3 * A[i].diagonal().minCoeff() * unit.cwiseAbs2() + Line::Constant(count, 1e-9);
+    const Line best = unit.cwiseProduct(scaled.llt().solve(unit));
+    for (std::size_t j = 0; j < used.size(); ++j) mixing_[i][j] = best[static_cast<Eigen::Index>(j)] / best.sum();
+  }
+}
+
+void MixedFilter::start(const Vec3& value) {
+  for (MotionModel& model : chains_) model.start(value);
+  for (SteadyModel& model : tremors_) model.start(value);
+  likelihood_ = {};
+  even_for_ = even_from;
+  mix();
+}
+
+void MixedFilter::take(double interval, const Vec3& sample) {
+  likelihood_.fade(interval);
+  for (std::size_t i = 0; i < chains; ++i) {
+    chains_[i].predict(interval);
+    likelihood_.add(i, chains_[i].correct(sample));
+  }
+  if (SteadyModel::takes(interval, nominal_)) {
+    even_for_ += interval;
+    const SteadyModel::Place place = SteadyModel::find(interval, nominal_);
+    for (std::size_t i = 0; i < tremors_.size(); ++i) {
+      tremors_[i].predict(place);
+      likelihood_.add(chains + i, tremors_[i].correct(place, sample));
+    }
+    mix();
+  } else {
+    even_for_ = 0;
+    mix();
+    for (std::size_t i = 0; i < tremors_.size(); ++i) {
+      tremors_[i].start(value_, rate_);
+      likelihood_.forget(chains + i);
+    }
+  }
+}
+
+void MixedFilter::count_from_here() {
+  for (MotionModel& model : chains_) model.count_from(value_);
+  for (SteadyModel& model : tremors_) model.count_from(value_);
+  value_ = {};
+}
+
+void MixedFilter::mix() {
+  const bool even = even_for_ >= even_from;
+  const std::size_t count = chains + (even ? tremors_.size() : 0);
+  std::array<Vec3, models> likely, values, rates;
+  likelihood_.shares(likely, count);
+  for (std::size_t j = 0; j < count; ++j) {
+    values[j] = j < chains ? chains_[j].value() : tremors_[j - chains].value();
+    rates[j] = j < chains ? chains_[j].rate() : tremors_[j - chains].rate();
+  }
+  value_ = rate_ = {};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::array<double, models> share{};
+    double whole = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      // Most are as good as impossible.
+      const double p = likely[i][axis];
+      if (p < 1e-6) continue;
+      whole += p;
+      if (!even) share[i] = p;
+      if (even) {
+        for (std::size_t j = 0; j < count; ++j) share[j] += p * mixing_[i][j];
+      }
+    }
+    for (std::size_t j = 0; j < count; ++j) {
+      value_[axis] += share[j] / whole * values[j][axis];
+      rate_[axis] += share[j] / whole * rates[j][axis];
+    }
+  }
+}
+
+}  // namespace tactor
