@@ -31,11 +31,11 @@ void declare_velocity(Declare<N>& declaration) {
              .above_min = true})
       .choice(
           "velocity_filter", static_cast<VelocityFilter P::*>(&P::velocity_filter),
-          {{"mixed", VelocityFilter::mixed}, {"several", VelocityFilter::several}, {"one", VelocityFilter::one}},
+          {{"several", VelocityFilter::several}, {"mixed", VelocityFilter::mixed}, {"one", VelocityFilter::one}},
           std::optional(defaults.velocity_filter),
-          "mixed: models of the handle's motion run side by side, each counts by how well it predicts the samples, "
-          "and they are added up so that a hand feels least of the encoder's steps; several: their mean alone; one: "
-          "a single model that adapts, which is later if a hand trembles");
+          "several: models of the handle's motion run side by side, weighted by how well each predicts it; mixed: more "
+          "models, added up so that a hand feels least of the encoder's steps; one: a single model that adapts, which is "
+          "later if a hand trembles");
 }
 
 }  // namespace tactor

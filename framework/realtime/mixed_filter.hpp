@@ -14,13 +14,13 @@ namespace tactor {
 
 /// 24 kinds of motion, with d the departure:
 ///   - the twelve chains of MotionFilter,
-///   - tremors of 7, 10 and 14 Hz with an RMS of 25 d at 10 Hz, the less the faster, and one of 10 Hz with 75 d; each
-///   on
-///     a hand that moves as a chain of departure d, and on one of d/10,
+///   - tremors of 7, 10 and 14 Hz with an RMS of 25 d at 10 Hz, the less the faster, and one of 10 Hz with 75 d, all on
+///     a hand that moves as a chain of departure d, and all on one of d/10,
 ///   - a tremor of 19 Hz with 60 d,
 ///   - broad motions around 6 to 20 Hz with 10, 40 and 160 d.
 /// Those of tremor and broad motion are left out where samples come too slowly for them, or not evenly: then it is
 /// MotionFilter.
+///
 /// Each kind i is as likely, axis by axis, as it made the samples of the last 0.1 s (FadingLikelihood). A force is
 /// k p + b v. For each i there is one best sum of all filters' estimates,
 ///   e = sum_j M_ij (k p_j + b v_j),   sum_j M_ij = 1,

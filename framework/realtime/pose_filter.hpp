@@ -21,7 +21,7 @@ enum class VelocityFilter {
 struct VelocityParams {
   double velocity_departure = 2e-6;        ///< m, in 10 ms, see MotionFilter
   double velocity_departure_angle = 2e-5;  ///< rad, in 10 ms
-  VelocityFilter velocity_filter = VelocityFilter::mixed;
+  VelocityFilter velocity_filter = VelocityFilter::several;
 };
 
 /// Estimates the velocity of a pose. The rotation is filtered as small turns about its estimate.
