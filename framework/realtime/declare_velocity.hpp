@@ -34,7 +34,8 @@ void declare_velocity(Declare<N>& declaration) {
           {{"several", VelocityFilter::several}, {"mixed", VelocityFilter::mixed}, {"one", VelocityFilter::one}},
           std::optional(defaults.velocity_filter),
           "several: models of the handle's motion run side by side, weighted by how well each predicts it; mixed: more "
-          "models, added up so that a hand feels least of the encoder's steps; one: a single model that adapts, which is "
+          "models, added up so that a hand feels least of the encoder's steps; one: a single model that adapts, which "
+          "is "
           "later if a hand trembles");
 }
 

@@ -145,10 +145,10 @@ void MixedFilter::take(double interval, const Vec3& sample) {
   }
   if (SteadyModel::takes(interval, nominal_)) {
     even_for_ += interval;
-    const SteadyModel::Place place = SteadyModel::find(interval, nominal_);
+    const SteadyModel::Lookup at = SteadyModel::find(interval, nominal_);
     for (std::size_t i = 0; i < tremors_.size(); ++i) {
-      tremors_[i].predict(place);
-      likelihood_.add(chains + i, tremors_[i].correct(place, sample));
+      tremors_[i].predict(at);
+      likelihood_.add(chains + i, tremors_[i].correct(at, sample));
     }
     mix();
   } else {

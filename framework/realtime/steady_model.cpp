@@ -203,7 +203,7 @@ bool SteadyModel::takes(double interval, double nominal) {
   return by > interval_of(0) && by < interval_of(row_count - 1);
 }
 
-SteadyModel::Place SteadyModel::find(double interval, double nominal) {
+SteadyModel::Lookup SteadyModel::find(double interval, double nominal) {
   const double octaves = std::log2(interval / nominal);
   const int row = std::clamp(static_cast<int>(std::floor(octaves * rows_per_octave + 1e-9)) + rows_to_a_side, 0,
                              static_cast<int>(row_count) - 2);
@@ -216,8 +216,8 @@ void SteadyModel::start(const Vec3& value, const Vec3& rate) {
   state_ = {value, rate};
 }
 
-void SteadyModel::predict(const Place& place) {
-  const double T = place.interval;
+void SteadyModel::predict(const Lookup& at) {
+  const double T = at.interval;
   if (order_ == 4) {
     state_[0] += T * (state_[1] + T / 2 * (state_[2] + T / 3 * state_[3]));
     state_[1] += T * (state_[2] + T / 2 * state_[3]);
@@ -227,21 +227,21 @@ void SteadyModel::predict(const Place& place) {
     state_[1] += T * state_[2];
   }
   if (!tremor_) return;
-  const Row &a = rows_[place.row], &b = rows_[place.row + 1];
+  const Row &a = rows_[at.row], &b = rows_[at.row + 1];
   std::array<Vec3, 4> next;
   for (std::size_t i = 0; i < 4; ++i) {
     // The first resonator is not moved by the second.
     for (std::size_t j = 0; j < (i < 2 ? 2 : 4); ++j) {
-      const double F = a.F[4 * i + j] + place.share * (b.F[4 * i + j] - a.F[4 * i + j]);
+      const double F = a.F[4 * i + j] + at.share * (b.F[4 * i + j] - a.F[4 * i + j]);
       next[i] += F * state_[3 + j];
     }
   }
   std::copy(next.begin(), next.end(), state_.begin() + 3);
 }
 
-Vec3 SteadyModel::correct(const Place& place, const Vec3& sample) {
-  const Row &a = rows_[place.row], &b = rows_[place.row + 1];
-  const auto between = [&](double low, double high) { return low + place.share * (high - low); };
+Vec3 SteadyModel::correct(const Lookup& at, const Vec3& sample) {
+  const Row &a = rows_[at.row], &b = rows_[at.row + 1];
+  const auto between = [&](double low, double high) { return low + at.share * (high - low); };
   const Vec3 innovation = sample - value();
   for (std::size_t i = 0; i < states_; ++i) state_[i] += between(a.gain[i], b.gain[i]) * innovation;
   return log_likelihood(between(a.by_deviation, b.by_deviation) * innovation, between(a.log_variance, b.log_variance));
@@ -249,8 +249,8 @@ Vec3 SteadyModel::correct(const Place& place, const Vec3& sample) {
 
 std::complex<double> SteadyModel::response(double angular_frequency, double stiffness) const {
   const auto n = static_cast<Eigen::Index>(states_), m = static_cast<Eigen::Index>(order_);
-  const Place place = find(nominal_, nominal_);
-  const Row& row = rows_[place.row];
+  const Lookup at = find(nominal_, nominal_);
+  const Row& row = rows_[at.row];
   ComplexColumn K(n), out = ComplexColumn::Zero(n), C = ComplexColumn::Zero(n);
   for (Eigen::Index i = 0; i < n; ++i) K[i] = row.gain[static_cast<std::size_t>(i)];
   ComplexMatrix F = ComplexMatrix::Identity(n, n);

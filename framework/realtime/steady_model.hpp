@@ -35,20 +35,20 @@ class SteadyModel {
   /// True where intervals are near enough to the nominal one: from 0.42 to 2.38 times.
   static bool takes(double interval, double nominal);
   /// Where an interval lies in the table.
-  struct Place {
+  struct Lookup {
     std::size_t row;
     double share;     ///< of the next row
     double interval;  ///< s
   };
   /// Of an interval, s, that it takes.
-  static Place find(double interval, double nominal);
+  static Lookup find(double interval, double nominal);
 
   /// Forgets all; the motion starts at `value` with `rate`.
   void start(const Vec3& value, const Vec3& rate = {});
   /// Moves the estimate on by an interval.
-  void predict(const Place& place);
+  void predict(const Lookup& at);
   /// Takes a sample in; returns log_likelihood() of it.
-  Vec3 correct(const Place& place, const Vec3& sample);
+  Vec3 correct(const Lookup& at, const Vec3& sample);
   /// From here on values are counted from `value`.
   void count_from(const Vec3& value) { state_[0] += -1 * value; }
 

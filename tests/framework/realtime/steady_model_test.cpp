@@ -21,9 +21,9 @@ namespace {
 constexpr double departure = 2e-6, noise = 1e-5 / 3.4641016151377544;  // m
 
 Vec3 take(SteadyModel& model, double nominal, double interval, const Vec3& sample) {
-  const SteadyModel::Place place = SteadyModel::find(interval, nominal);
-  model.predict(place);
-  return model.correct(place, sample);
+  const SteadyModel::Lookup at = SteadyModel::find(interval, nominal);
+  model.predict(at);
+  return model.correct(at, sample);
 }
 
 }  // namespace
