@@ -185,9 +185,10 @@ void MixedFilter::mix() {
       const double p = likely[i][axis];
       if (p < 1e-6) continue;
       whole += p;
-      if (!even) share[i] = p;
       if (even) {
         for (std::size_t j = 0; j < count; ++j) share[j] += p * mixing_[i][j];
+      } else {
+        share[i] = p;
       }
     }
     for (std::size_t j = 0; j < count; ++j) {

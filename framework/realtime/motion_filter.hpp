@@ -71,7 +71,7 @@ class MotionFilter {
   static Chain chain(std::size_t i);
 
   /// `departure` of the second model, or of the only one, `noise` of all.
-  explicit MotionFilter(double departure, double noise, bool alone = false);
+  MotionFilter(double departure, double noise, bool alone = false);
 
   void start(const Vec3& value);
   /// Takes in a sample that is `interval` > 0 s later than the last.

@@ -24,7 +24,7 @@ constexpr double slow_from = 0.5;  // an interval by the shortest time constant
 constexpr int rows_per_octave = 4, rows_to_a_side = 5;
 constexpr std::size_t row_count = 2 * rows_to_a_side + 1;
 
-/// Of a row of the table, by the nominal interval.
+/// The interval of a row of the table, by the nominal one.
 double interval_of(int row) {
   return std::exp2(static_cast<double>(row - rows_to_a_side) / rows_per_octave);
 }

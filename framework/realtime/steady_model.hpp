@@ -34,9 +34,9 @@ class SteadyModel {
 
   /// True where intervals are near enough to the nominal one: from 0.42 to 2.38 times.
   static bool takes(double interval, double nominal);
-  /// Where an interval lies in the table.
+  /// The rows of the table between which an interval lies.
   struct Lookup {
-    std::size_t row;
+    std::size_t row;  ///< the lower one
     double share;     ///< of the next row
     double interval;  ///< s
   };

@@ -150,15 +150,15 @@ BOOST_AUTO_TEST_CASE(it_is_the_mean_of_the_chains_while_samples_come_unevenly_an
   const double noise = 1e-5 / std::sqrt(12.0), period = 1e-3;
   boost::random::mt19937_64 engine(2);
   boost::random::normal_distribution<double> normal(0, 1);
-  // What comes: 5 is a rate of a fifth, which is never even; 0.1 one that is ten times as high.
-  for (const double rate : {5.0, 0.1}) {
+  // Samples come at a fifth of the rate, or at ten times the rate; neither counts as even.
+  for (const double by : {5.0, 0.1}) {
     MixedFilter filter(departure, noise, period);
     MotionFilter chains(departure, noise);
     filter.start({});
     chains.start({});
     double t = 0;
     for (int k = 0; k < 5000; ++k) {
-      const double T = rate * period;
+      const double T = by * period;
       t += T;
       const Vec3 sample{1e-3 * std::sin(20 * t) + noise * normal(engine), 0, 0};
       filter.take(T, sample);

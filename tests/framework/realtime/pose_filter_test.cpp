@@ -87,7 +87,7 @@ BOOST_AUTO_TEST_CASE(missed_ticks_times_that_stand_still_or_go_back_and_poses_th
       filter.take({{1, 1, 1}, {}}, at(t));
       filter.take({{1, 1, 1}, {}}, at(t - 0.002));
       BOOST_REQUIRE((filter.velocity().v == before.v && filter.velocity().w == before.w));
-      // The mixed one starts anew after the long gap, and a tremor that is not there dies away slowly.
+      // After the long gap the mixed one is the mean of the chains for a while, and its tremors begin anew.
       const bool mixed = kind == VelocityFilter::mixed;
       if (t < 0.4 || (mixed && t > 1 && t < 1.6)) continue;
       BOOST_REQUIRE_SMALL(norm(before.v - v) + norm(before.w - w), mixed ? 5e-3 : 1e-6);
