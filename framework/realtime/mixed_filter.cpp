@@ -73,9 +73,10 @@ std::array<Kind, MixedFilter::models> kinds(double departure, double noise) {
 /// By its smallest value: how much of a force of this frequency is felt, squared.
 double felt_squared(double frequency_Hz) {
   static const double least = [] {
-    double least = vibration_force_threshold(tail_from, handle_mass);
-    for (double f = 20; f < tail_from; f *= 1.05) least = std::min(least, vibration_force_threshold(f, handle_mass));
-    return least;
+    double smallest = vibration_force_threshold(tail_from, handle_mass);
+    for (double f = 20; f < tail_from; f *= 1.05)
+      smallest = std::min(smallest, vibration_force_threshold(f, handle_mass));
+    return smallest;
   }();
   const double by = frequency_Hz > tail_from ? frequency_Hz / tail_from
                                              : least / vibration_force_threshold(frequency_Hz, handle_mass);

@@ -8,11 +8,11 @@ namespace {
 
 constexpr double longest_gap = 1;  // s
 
-/// Calls `what` with the filter there is.
-template <class Variant, class What>
-void with(Variant& filter, const What& what) {
-  if (auto* mixed = std::get_if<MixedFilter>(&filter)) what(*mixed);
-  if (auto* chains = std::get_if<MotionFilter>(&filter)) what(*chains);
+/// Calls `action` with the filter there is.
+template <class Variant, class Action>
+void with(Variant& filter, const Action& action) {
+  if (auto* mixed = std::get_if<MixedFilter>(&filter)) action(*mixed);
+  if (auto* chains = std::get_if<MotionFilter>(&filter)) action(*chains);
 }
 
 std::variant<std::monostate, MixedFilter, MotionFilter> make(VelocityFilter kind, double departure, double noise,
