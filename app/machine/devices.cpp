@@ -86,13 +86,24 @@ class TrialForce final : public Node {
   Time begin_;
 };
 
-/// The device alone with the node above.
+/// The gate's brake pushes with up to `force_max`, whatever a node wants. In a trial it gets no more than the trial.
+void lower_limits(NodeSpec& device, double force) {
+  for (const auto& [name, most] : {std::pair{"force_max", force}, std::pair{"torque_max", 0.0}}) {
+    const auto param = device.info->param(name);
+    if (!param) continue;
+    auto& limit = std::get<double>(device.params[*param]);
+    limit = std::min(limit, most);
+  }
+}
+
+/// The device alone with the node above. No force is larger than `force` (N).
 GraphSpec trial_graph(const GraphSpec& graph, const NodeSpec& device, double force, double seconds, double duration,
                       Registry& registry) {
   GraphSpec trial = graph;
   trial.clock = Clock::real;
   trial.duration = Duration::from_seconds(duration);
   trial.nodes = {device};
+  lower_limits(trial.nodes.front(), force);
   trial.edges.clear();
   trial.record.clear();
   NodeSpec source;

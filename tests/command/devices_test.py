@@ -103,6 +103,20 @@ class Emulated(CommandTest):
         self.assertEqual(forces[-1], 0)
 
     @needs_live
+    def test_the_brake_of_the_gate_pushes_no_harder_than_the_trial(self):
+        # The emulated hand is faster than this now and then, so that the gate brakes, by default with up to 8 N.
+        limits = "stuck_after: 0, speed_max: 0.03 m/s, recovery_time: 10 ms, engage_time: 20 ms"
+        for arguments, answer, most in ((["1.5"], "n\n", 0), (["0.5", "--force", "0.5", "--yes"], "", 0.5)):
+            with self.subTest(most=most):
+                log = self.folder / f"log_{most}"
+                graph = self.graph("--log", log)
+                graph.write_text(graph.read_text().replace("stuck_after: 0", limits))
+                result = self.answer("device", "test", graph, "--seconds", *arguments, text=answer)
+                self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+                forces = [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 6]
+                self.assertLessEqual(max(map(abs, forces)), most + 1e-9)
+
+    @needs_live
     def test_a_device_without_a_watchdog_is_told_before_the_force_is_confirmed(self):
         text = (ROOT / "devices/modbus/profiles/oriental_az.yaml").read_text()
         graph = self.graph(profile=self.write("az.yaml", text.replace("response_timeout: 30 ms", "response_timeout: 400 ms")))
