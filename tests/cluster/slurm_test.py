@@ -87,7 +87,8 @@ class Jobs(ClusterTest):
 
     def test_tasks_go_on_where_the_daemon_of_their_node_ends_and_comes_back(self):
         job = self.submit("alone", TELLS + "sleep 4; echo end", "--nodelist=node1")
-        self.wait_states(job, "RUNNING")
+        # A task is called running before there is a process of it.
+        self.wait_for(lambda: "sleep" in self.cluster.processes_of_node(1).values(), "the task began")
         self.cluster.kill_slurmd(1)
         self.assertIn("slurmstepd", self.cluster.processes_of_node(1).values())
         self.assertNotIn("slurmd", self.cluster.processes_of_node(1).values())
