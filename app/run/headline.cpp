@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "app/run/run_metrics.hpp"
 #include "app/run/summary.hpp"
@@ -69,15 +70,6 @@ std::string verdict_text(const RunResult& result) {
   return text;
 }
 
-/// How far the vibration of the force's error is over what a hand feels.
-std::string vibration_text(const RunResult& result) {
-  const double level = result.metric("delivered.force.vibration_above_threshold_dB");
-  if (!std::isfinite(level)) return {};
-  const double frequency = result.metric("delivered.force.vibration_above_threshold_Hz");
-  return fmt::format(", vibration {:.0f} dB {} its threshold{}", std::abs(level), level < 0 ? "under" : "above",
-                     std::isfinite(frequency) ? fmt::format(" at {} Hz", pretty(frequency)) : "");
-}
-
 /// Of the force, and of the torque where there is one.
 std::string error_text(const RunResult& result) {
   std::string text;
@@ -87,13 +79,31 @@ std::string error_text(const RunResult& result) {
     if (!std::isfinite(rms) || (!text.empty() && most == 0)) continue;
     text += fmt::format("{}{} {} {} RMS, {} {} at most", text.empty() ? "" : "; ", quantity, pretty(rms), spoken,
                         pretty(most), spoken);
-    const bool is_force = std::string_view(quantity) == "force";
-    const double noticed =
-        result.metric(fmt::format("delivered.{}.share_beyond_{}", quantity, is_force ? "weber" : "jnd"));
-    if (std::isfinite(noticed)) text += fmt::format(", more than a hand notices {} of the time", percent(noticed));
-    if (is_force) text += vibration_text(result);
   }
   return text;
+}
+
+/// What a hand is predicted to feel of the error: nothing, or where and how much.
+std::string felt_text(const RunResult& result) {
+  std::string felt, calm;
+  const auto add = [](std::string& text, const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
+  for (const auto& [quantity, threshold] : {std::pair{"force", "weber"}, {"torque", "jnd"}}) {
+    const double share = result.metric(fmt::format("delivered.{}.share_beyond_{}", quantity, threshold));
+    if (share > 0) add(felt, fmt::format("the {}'s error {} of the time", quantity, percent(share)));
+    if (share == 0) add(calm, fmt::format("the {}'s error is too small", quantity));
+  }
+  const double level = result.metric("delivered.force.vibration_above_threshold_dB");
+  if (std::isfinite(level)) {
+    const double frequency = result.metric("delivered.force.vibration_above_threshold_Hz");
+    const double worst = result.metric("delivered.force.worst_vibration_above_threshold_dB");
+    const auto by = [](double dB) { return fmt::format("{:.0f} dB {}", std::abs(dB), dB < 0 ? "under" : "above"); };
+    std::string text = "vibration" + (std::isfinite(frequency) ? fmt::format(" at {} Hz", pretty(frequency)) : "") +
+                       ", " + by(level) + " its threshold";
+    if (std::isfinite(worst)) text += " (" + by(worst) + " in the worst half second)";
+    add(level >= 0 || worst >= 0 ? felt : calm, text);
+  }
+  if (!felt.empty()) return felt;
+  return calm.empty() ? "" : "nothing: " + calm;
 }
 
 /// Which part of the run the metrics are of, where that is not all but the settling at its start.
@@ -221,6 +231,7 @@ std::vector<HeadlineLine> headline(const RunResult& result) {
       {"verdict", verdict_text(result), "stability.verdict"},
       {"judged", interval_text(result), "judged.from_s"},
       {"error", error_text(result), "delivered.force.rms_error_N"},
+      {"felt", felt_text(result), "delivered.force.vibration_above_threshold_dB"},
       {"delay", delay_text(result), "delivered.force.delay_ms"},
       {"smooth", smoothness_text(result), "delivered.force.rms_d2_N_per_ms2"},
       {"gate", gate_text(result), "device.engaged_share"},

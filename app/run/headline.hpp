@@ -23,7 +23,8 @@ struct HeadlineLine {
   std::string metric;  ///< the first metric of the text, which says what the name means; or empty
 };
 
-/// Verdict, error, delay, smoothness, gate, run time and what was left out; what the run does not tell is not there.
+/// Verdict, error, what is felt of it, delay, smoothness, gate, run time and what was left out. A line of which the run
+/// tells nothing is not there.
 std::vector<HeadlineLine> headline(const RunResult& result);
 
 /// What `tactor run` prints at the end: the name, the warnings, the headline, where the report is, and how to see `all`
