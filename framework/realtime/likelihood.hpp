@@ -30,9 +30,11 @@ class FadingLikelihood {
     const double kept = std::exp(-interval / 0.1);
     for (Vec3& sum : sums_) sum *= kept;
   }
-  /// As unlikely as makes it count again after some tenths of a second.
-  void forget(std::size_t model) { sums_[model] = {-1e3, -1e3, -1e3}; }
   void add(std::size_t model, const Vec3& likely) { sums_[model] += likely; }
+  [[nodiscard]] const Vec3& sum(std::size_t model) const { return sums_[model]; }
+  void set(std::size_t model, const Vec3& sum) { sums_[model] = sum; }
+  /// As unlikely as makes it count again after some tenths of a second.
+  void forget(std::size_t model) { set(model, {-1e3, -1e3, -1e3}); }
 
   /// The share of each of the first `count` models in the whole, by axis; they add up to 1.
   void shares(std::array<Vec3, models>& share, std::size_t count = models) const {

@@ -25,6 +25,11 @@ constexpr double less_felt = 8;   // by this factor less from one chain to the n
 /// From this noise on, by departure. A finer encoder makes hardly any vibration, so there the error counts more.
 constexpr double whole_from = 0.72;
 
+// Each kind's sum is best for the spectrum of that kind alone. So a hand in broad motion is taken to move slowly too,
+// at all frequencies alike, with this share of the force's mean square: it would be shown too stiff there.
+constexpr double slow_up_to = 5;  // Hz
+constexpr double slow_of_broad = 0.1;
+
 constexpr double stiffness_by_damping = 35;  // 1/s, k / b of a coupling
 constexpr double handle_mass = 0.1;          // kg
 constexpr double tail_from = 160;            // Hz; above, what is felt is taken to grow with frequency
@@ -37,7 +42,8 @@ using Responses = Eigen::VectorXcd;
 
 struct Kind {
   MotionLaw law;
-  double felt;  // how much it counts
+  double felt;      // how much vibration counts
+  double slow = 0;  // the share of slow motion beside it
 };
 
 constexpr std::array<double, 2> two_near(double frequency) {
@@ -63,7 +69,7 @@ std::array<Kind, MixedFilter::models> kinds(double departure, double noise) {
   }
   all[n++] = {{3, 0.1 * d, 60 * d, two_near(19), sharp}, felt_quick};
   for (const double broad : {10 * d, 40 * d, 160 * d}) {
-    all[n++] = {{3, 0.25 * d, broad, {6, 20}, flat}, felt_quick};
+    all[n++] = {{3, 0.25 * d, broad, {6, 20}, flat}, felt_quick, slow_of_broad};
   }
   TACTOR_DEMAND(n == all.size());
   for (Kind& kind : all) kind.felt *= share;
@@ -85,7 +91,8 @@ double felt_squared(double frequency_Hz) {
 
 }  // namespace
 
-MixedFilter::MixedFilter(double departure, double noise, double nominal) : nominal_(nominal) {
+MixedFilter::MixedFilter(double departure, double noise, double nominal)
+    : nominal_(nominal), chains_(departure, noise) {
   TACTOR_DEMAND(nominal <= longest);
   std::vector<Kind> used;
   std::vector<SteadyModel> steady;
@@ -95,14 +102,13 @@ MixedFilter::MixedFilter(double departure, double noise, double nominal) : nomin
     if (trembles && !model.slow()) continue;
     used.push_back(kind);
     steady.push_back(model);
-    if (trembles) {
-      tremors_.push_back(model);
-    } else {
-      chains_.emplace_back(kind.law.departure, noise, kind.law.order);
-    }
+    if (trembles) tremors_.push_back(model);
   }
   const auto count = static_cast<Eigen::Index>(used.size());
   std::vector<Square> A(used.size(), Square::Zero(count, count));
+  std::vector<double> power(used.size());             // the mean square of the force
+  Square missed_slowly = Square::Zero(count, count);  // of a slow force whose mean square is 1
+  int slow_frequencies = 0;
   const double last = 0.5 / nominal, first = std::min(first_frequency, last / 100);
   const double ratio = std::pow(last / first, 1.0 / frequencies);
   const double of_noise = noise * noise * nominal;
@@ -115,11 +121,17 @@ MixedFilter::MixedFilter(double departure, double noise, double nominal) : nomin
     }
     const Square moved = (error * error.adjoint()).real(), shaken = (H * H.adjoint()).real();
     const double width = low * (ratio - 1), felt = felt_squared(f);
+    const double of_motion = stiffness_by_damping * stiffness_by_damping + w * w;  // the force's mean square
     for (std::size_t i = 0; i < used.size(); ++i) {
       A[i] += width * (1 + used[i].felt * felt) * (steady[i].spectrum(w) * moved + of_noise * shaken);
+      power[i] += width * steady[i].spectrum(w) * of_motion;
     }
+    if (f > slow_up_to) continue;
+    missed_slowly += moved / of_motion;
+    ++slow_frequencies;
   }
   for (std::size_t i = 0; i < used.size(); ++i) {
+    A[i] += used[i].slow * power[i] / slow_frequencies * missed_slowly;
     // The filters are alike, so that the best sum is barely determined: none may count much. In units of each filter's
     // own error, because these may be many orders of magnitude apart.
     const Line unit = A[i].diagonal().cwiseSqrt().cwiseInverse();
@@ -131,7 +143,7 @@ MixedFilter::MixedFilter(double departure, double noise, double nominal) : nomin
 }
 
 void MixedFilter::start(const Vec3& value) {
-  for (MotionModel& model : chains_) model.start(value);
+  chains_.start(value);
   for (SteadyModel& model : tremors_) model.start(value);
   likelihood_ = {};
   even_for_ = even_from;
@@ -139,11 +151,8 @@ void MixedFilter::start(const Vec3& value) {
 }
 
 void MixedFilter::take(double interval, const Vec3& sample) {
+  chains_.take(interval, sample);
   likelihood_.fade(interval);
-  for (std::size_t i = 0; i < chains; ++i) {
-    chains_[i].predict(interval);
-    likelihood_.add(i, chains_[i].correct(sample));
-  }
   if (SteadyModel::takes(interval, nominal_)) {
     even_for_ += interval;
     const SteadyModel::Lookup at = SteadyModel::find(interval, nominal_);
@@ -151,32 +160,40 @@ void MixedFilter::take(double interval, const Vec3& sample) {
       tremors_[i].predict(at);
       likelihood_.add(chains + i, tremors_[i].correct(at, sample));
     }
-    mix();
   } else {
     even_for_ = 0;
-    mix();
     for (std::size_t i = 0; i < tremors_.size(); ++i) {
-      tremors_[i].start(value_, rate_);
+      tremors_[i].start(chains_.value(), chains_.rate());
       likelihood_.forget(chains + i);
     }
   }
+  mix();
 }
 
-void MixedFilter::count_from_here() {
-  for (MotionModel& model : chains_) model.count_from(value_);
-  for (SteadyModel& model : tremors_) model.count_from(value_);
-  value_ = {};
+void MixedFilter::count_from(const Vec3& value) {
+  chains_.count_from(value);
+  for (SteadyModel& model : tremors_) model.count_from(value);
+  value_ += -1 * value;
 }
 
 void MixedFilter::mix() {
-  const bool even = even_for_ >= even_from;
-  const std::size_t count = chains + (even ? tremors_.size() : 0);
-  std::array<Vec3, models> likely, values, rates;
-  likelihood_.shares(likely, count);
-  for (std::size_t j = 0; j < count; ++j) {
-    values[j] = j < chains ? chains_[j].value() : tremors_[j - chains].value();
-    rates[j] = j < chains ? chains_[j].rate() : tremors_[j - chains].rate();
+  if (even_for_ < even_from) {
+    value_ = chains_.value();
+    rate_ = chains_.rate();
+    return;
   }
+  const std::size_t count = chains + tremors_.size();
+  std::array<Vec3, models> likely, values, rates;
+  for (std::size_t i = 0; i < chains; ++i) {
+    likelihood_.set(i, chains_.likelihood().sum(i));
+    values[i] = chains_.model(i).value();
+    rates[i] = chains_.model(i).rate();
+  }
+  for (std::size_t i = chains; i < count; ++i) {
+    values[i] = tremors_[i - chains].value();
+    rates[i] = tremors_[i - chains].rate();
+  }
+  likelihood_.shares(likely, count);
   value_ = rate_ = {};
   for (int axis = 0; axis < 3; ++axis) {
     std::array<double, models> share{};
@@ -186,11 +203,7 @@ void MixedFilter::mix() {
       const double p = likely[i][axis];
       if (p < 1e-6) continue;
       whole += p;
-      if (even) {
-        for (std::size_t j = 0; j < count; ++j) share[j] += p * mixing_[i][j];
-      } else {
-        share[i] = p;
-      }
+      for (std::size_t j = 0; j < count; ++j) share[j] += p * mixing_[i][j];
     }
     for (std::size_t j = 0; j < count; ++j) {
       value_[axis] += share[j] / whole * values[j][axis];

@@ -18,15 +18,15 @@ namespace tactor {
 ///     a hand that moves as a chain of departure d, and all on one of d/10,
 ///   - a tremor of 19 Hz with 60 d,
 ///   - broad motions around 6 to 20 Hz with 10, 40 and 160 d.
-/// Those of tremor and broad motion are left out where samples come too slowly for them, or not evenly: then it is
-/// MotionFilter.
+/// Those of tremor and broad motion are left out where samples come too slowly for them, or not evenly: then it tells
+/// what MotionFilter tells.
 ///
 /// Each kind i is as likely, axis by axis, as it made the samples of the last 0.1 s (FadingLikelihood). A force is
 /// k p + b v. For each i there is one best sum of all filters' estimates,
 ///   e = sum_j M_ij (k p_j + b v_j),   sum_j M_ij = 1,
 /// whose error is least if the motion is i's: its mean square, plus a multiple of the mean square of what a hand feels
-/// of it as vibration (vibration_force_threshold), by the spectra of motion and noise. What it tells is the mean of
-/// these sums by how likely each i is.
+/// of it as vibration (vibration_force_threshold), by the spectra of motion and noise. Broad motions have a share
+/// of slow motion beside them. It tells the mean of these sums by how likely each i is.
 ///
 /// So a calm motion is shown without the vibration that an encoder's steps make, and a fast one with the least error.
 class MixedFilter {
@@ -44,8 +44,8 @@ class MixedFilter {
   void start(const Vec3& value);
   /// Takes in a sample that is `interval` > 0 s later than the last.
   void take(double interval, const Vec3& sample);
-  /// From here on values are counted from value().
-  void count_from_here();
+  /// From here on values are counted from `value`.
+  void count_from(const Vec3& value);
 
   [[nodiscard]] const Vec3& value() const { return value_; }
   [[nodiscard]] const Vec3& rate() const { return rate_; }
@@ -54,8 +54,8 @@ class MixedFilter {
   void mix();
 
   double nominal_;
-  std::vector<MotionModel> chains_;
-  std::vector<SteadyModel> tremors_;
+  MotionFilter chains_;
+  std::vector<SteadyModel> tremors_;                         // tremors and broad motions
   std::array<std::array<double, models>, models> mixing_{};  // M
   FadingLikelihood<models> likelihood_;
   double even_for_ = 0;  // s, that intervals were near the nominal one

@@ -133,9 +133,9 @@ void MotionFilter::take(double interval, const Vec3& sample) {
   mix();
 }
 
-void MotionFilter::count_from_here() {
-  for (MotionModel& model : models_) model.count_from(value_);
-  value_ = {};
+void MotionFilter::count_from(const Vec3& value) {
+  for (MotionModel& model : models_) model.count_from(value);
+  value_ += -1 * value;
 }
 
 /// The means by the likelihoods, axis by axis.

@@ -76,13 +76,15 @@ class MotionFilter {
   void start(const Vec3& value);
   /// Takes in a sample that is `interval` > 0 s later than the last.
   void take(double interval, const Vec3& sample);
-  /// From here on values are counted from value().
-  void count_from_here();
+  /// From here on values are counted from `value`.
+  void count_from(const Vec3& value);
 
   [[nodiscard]] const Vec3& value() const { return value_; }
   [[nodiscard]] const Vec3& rate() const { return rate_; }
   /// Of each model and axis, the sum over the models being 1.
   [[nodiscard]] const std::array<Vec3, models>& weights() const { return weights_; }
+  [[nodiscard]] const MotionModel& model(std::size_t i) const { return models_[i]; }
+  [[nodiscard]] const FadingLikelihood<models>& likelihood() const { return likelihood_; }
 
  private:
   void mix();

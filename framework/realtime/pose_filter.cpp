@@ -48,7 +48,7 @@ void PoseFilter::take(const Pose& X_WD, Time now) {
     // Values are the turn from R_.
     filter.take(interval, to_rotation_vector(X_WD.R * inverse(R_)));
     R_ = from_rotation_vector(filter.value()) * R_;
-    filter.count_from_here();
+    filter.count_from(filter.value());
   });
 }
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <vector>
 
@@ -94,6 +95,40 @@ BOOST_AUTO_TEST_CASE(a_fast_motion_is_followed_as_well_as_by_the_models_alone) {
       const Judged before = judge(MotionFilter(departure, noise), hand, rate, step);
       BOOST_TEST(judge(MixedFilter(departure, noise, 1 / rate), hand, rate, step).rms < 1.05 * before.rms);
     }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_broad_motion_is_shown_hardly_too_stiff_at_its_slow_frequencies) {
+  constexpr double rate = 1000, first = 1, apart = 1.75, step = 1e-5;  // Hz, Hz, Hz, m
+  constexpr int lines = 21, settling = 1000, count = 8000;             // two periods of 4 s
+  struct Motion {
+    double value = 0, rate = 0;
+  };
+  const auto at = [](double t) {
+    Motion motion;
+    for (int k = 0; k < lines; ++k) {
+      // Alike in velocity; a quadratic phase keeps the sum low.
+      const double w = 2 * std::numbers::pi * (first + apart * k), phase = std::numbers::pi * k * k / lines;
+      motion.value += 1e-3 / w * std::cos(w * t + phase);
+      motion.rate -= 1e-3 * std::sin(w * t + phase);
+    }
+    return motion;
+  };
+  MixedFilter filter(departure, step / std::sqrt(12.0), 1 / rate);
+  filter.start({at(0).value, 0, 0});
+  std::vector<std::complex<double>> found(lines), wanted(lines);
+  for (int n = 1; n <= settling + count; ++n) {
+    const double t = n / rate, shown = step * std::round(at(t).value / step);
+    filter.take(1 / rate, {shown, 0, 0});
+    if (n <= settling) continue;
+    for (int k = 0; k < lines; ++k) {
+      const std::complex<double> turn = std::polar(1.0, -2 * std::numbers::pi * (first + apart * k) * t);
+      found[k] += turn * (stiffness * shown + filter.rate().x);
+      wanted[k] += turn * (stiffness * at(t).value + at(t).rate);
+    }
+  }
+  for (int k = 0; k < lines && first + apart * k < 5; ++k) {
+    BOOST_TEST(std::abs(20 * std::log10(std::abs(found[k] / wanted[k]))) < 0.25);
   }
 }
 
