@@ -83,7 +83,7 @@ std::string error_text(const RunResult& result) {
   return text;
 }
 
-/// What a hand is predicted to feel of the error: nothing, or where and how much.
+/// Tells where and how much of the error a hand is predicted to feel, or that it feels nothing.
 std::string felt_text(const RunResult& result) {
   std::string felt, calm;
   const auto add = [](std::string& text, const std::string& more) { text += (text.empty() ? "" : "; ") + more; };

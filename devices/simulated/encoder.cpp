@@ -10,20 +10,24 @@ Vec3 rounded(const Vec3& value, double step) {
   return {step * std::round(value.x / step), step * std::round(value.y / step), step * std::round(value.z / step)};
 }
 
+/// An exact encoder shows the velocity as it is; of another it has to be estimated.
+bool is_exact(double step, double noise) {
+  return !(step > 0 || noise > 0);
+}
+
 /// The standard deviation of noise and of rounding to a step; any, where there is neither and the filter is not asked.
 double deviation_of(double step, double noise) {
-  return step > 0 || noise > 0 ? std::hypot(step / std::sqrt(12.0), noise) : 1;
+  return is_exact(step, noise) ? 1 : std::hypot(step / std::sqrt(12.0), noise);
 }
 
 }  // namespace
 
 Encoder::Encoder(const EncoderParameters& parameters, bool rotate)
     : parameters_(parameters), rotate_(rotate), engine_(parameters.seed) {
-  const bool shown = parameters.step > 0 || parameters.noise > 0;
-  const bool shown_angle = rotate && (parameters.step_angle > 0 || parameters.noise_angle > 0);
-  if (!shown && !shown_angle) return;
+  const bool estimates_angular = rotate && !is_exact(parameters.step_angle, parameters.noise_angle);
+  if (is_exact(parameters.step, parameters.noise) && !estimates_angular) return;
   filter_.emplace(parameters.velocity, deviation_of(parameters.step, parameters.noise),
-                  deviation_of(parameters.step_angle, parameters.noise_angle), parameters.interval, shown_angle);
+                  deviation_of(parameters.step_angle, parameters.noise_angle), parameters.interval, estimates_angular);
 }
 
 Vec3 Encoder::noisy(const Vec3& value, double deviation) {
@@ -48,8 +52,8 @@ MotionState Encoder::read(const MotionState& truth, Time now) {
   if (!filter_) return shown;
   filter_->take(shown.X, now);
   const Twist estimate = filter_->velocity();
-  if (p.step > 0 || p.noise > 0) shown.V.v = estimate.v;
-  if (p.step_angle > 0 || p.noise_angle > 0) shown.V.w = estimate.w;
+  if (!is_exact(p.step, p.noise)) shown.V.v = estimate.v;
+  if (!is_exact(p.step_angle, p.noise_angle)) shown.V.w = estimate.w;
   return shown;
 }
 
