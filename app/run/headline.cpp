@@ -250,10 +250,11 @@ std::string headline_text(const RunResult& result, const std::string& report, bo
   }
   const std::string title = result.title.empty() ? "" : ": " + result.title;
   return wrapped(fmt::format("\n{}{} (seed {})\n", result.graph, title, result.seed), columns) + table.text(columns) +
-         wrapped(fmt::format("  {:<8}  {}\n", "report", report), columns) +
-         (result.blind ? "  (the run was blind: only the report describes the force)\n"
-          : all        ? ""
-                       : "  (--all prints every metric)\n");
+         wrapped(fmt::format("  {:<8}  {}{}\n", "report", report,
+                             result.blind ? " (the run was blind: only the report describes the force)"
+                             : all        ? ""
+                                          : " (--all prints every metric)"),
+                 columns);
 }
 
 }  // namespace tactor

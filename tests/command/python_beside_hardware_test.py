@@ -225,8 +225,9 @@ class PythonBesideHardware(ModbusHarness):
             open({str(self.folder / "status")!r}, "w").write(str(os.waitstatus_to_exitcode(status)))
             """
         process = self.run_watched(act)
-        self.wait_until((self.folder / "status").exists, process, "the child ended", timeout=PATIENCE)
-        self.assertEqual((self.folder / "status").read_text(), "0")
+        status = self.folder / "status"
+        self.wait_until(lambda: status.exists() and status.read_text(), process, "the child ended", timeout=PATIENCE)
+        self.assertEqual(status.read_text(), "0")
         self.end_early(process)
         self.check_forces()
 
