@@ -20,15 +20,17 @@ constexpr double even_from = 0.1;  // s of even intervals, from which on filters
 
 // How much what a hand feels of the error counts beside its mean square.
 constexpr double felt = 10;       // in a slow motion or a tremor
-constexpr double felt_quick = 3;  // in a broad motion or a quick tremor, which hide some
+constexpr double felt_quick = 2;  // in a broad motion or a quick tremor, which hide some
 constexpr double less_felt = 8;   // by this factor less from one chain to the next that is faster than `departure`
 /// From this noise on, by departure. A finer encoder makes hardly any vibration, so there the error counts more.
 constexpr double whole_from = 0.72;
 
 // Each kind's sum is best for the spectrum of that kind alone. So a hand in broad motion is taken to move slowly too,
-// at all frequencies alike, with this share of the force's mean square: it would be shown too stiff there.
+// at all frequencies alike, with this share of the force's mean square: it would be shown too stiff there. A broad
+// motion of some mm/s passes for a quick tremor, whose share is small, because calm hands pay for it.
 constexpr double slow_up_to = 5;  // Hz
 constexpr double slow_of_broad = 0.1;
+constexpr double slow_of_quick_tremor = 1e-3;
 
 constexpr double stiffness_by_damping = 35;  // 1/s, k / b of a coupling
 constexpr double handle_mass = 0.1;          // kg
@@ -67,7 +69,7 @@ std::array<Kind, MixedFilter::models> kinds(double departure, double noise) {
     }
     all[n++] = {{3, moves, 75 * d, two_near(10), sharp}, felt};
   }
-  all[n++] = {{3, 0.1 * d, 60 * d, two_near(19), sharp}, felt_quick};
+  all[n++] = {{3, 0.1 * d, 60 * d, two_near(19), sharp}, felt_quick, slow_of_quick_tremor};
   for (const double broad : {10 * d, 40 * d, 160 * d}) {
     all[n++] = {{3, 0.25 * d, broad, {6, 20}, flat}, felt_quick, slow_of_broad};
   }

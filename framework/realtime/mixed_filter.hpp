@@ -25,8 +25,9 @@ namespace tactor {
 /// k p + b v. For each i there is one best sum of all filters' estimates,
 ///   e = sum_j M_ij (k p_j + b v_j),   sum_j M_ij = 1,
 /// whose error is least if the motion is i's: its mean square, plus a multiple of the mean square of what a hand feels
-/// of it as vibration (vibration_force_threshold), by the spectra of motion and noise. Broad motions have a share
-/// of slow motion beside them. It tells the mean of these sums by how likely each i is.
+/// of it as vibration (vibration_force_threshold), by the spectra of motion and noise. Broad motions and
+/// the tremor of 19 Hz have a share of slow motion beside them. The result is the mean of these sums, each by how
+/// likely its i is.
 ///
 /// So a calm motion is shown without the vibration that an encoder's steps make, and a fast one with the least error.
 class MixedFilter {
