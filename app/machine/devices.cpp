@@ -86,14 +86,18 @@ class TrialForce final : public Node {
   Time begin_;
 };
 
-/// The gate's brake pushes with up to `force_max`, whatever a node wants. In a trial it gets no more than the trial.
-void lower_limits(NodeSpec& device, double force) {
-  for (const auto& [name, most] : {std::pair{"force_max", force}, std::pair{"torque_max", 0.0}}) {
+/// In a trial a newton is one at the hand, and the gate's brake, which pushes with up to `force_max` whatever a node
+/// wants, gets no more than the trial.
+void limit_to_trial(NodeSpec& device, double force) {
+  const auto change = [&device](const std::string& name, auto changed) {
     const auto param = device.info->param(name);
-    if (!param) continue;
-    auto& limit = std::get<double>(device.params[*param]);
-    limit = std::min(limit, most);
-  }
+    if (!param) return;
+    auto& value = std::get<double>(device.params[*param]);
+    value = changed(value);
+  };
+  change("force_scale", [](double) { return 1.0; });
+  change("force_max", [force](double most) { return std::min(most, force); });
+  change("torque_max", [](double) { return 0.0; });
 }
 
 /// The device alone with the node above. No force is larger than `force` (N).
@@ -103,7 +107,7 @@ GraphSpec trial_graph(const GraphSpec& graph, const NodeSpec& device, double for
   trial.clock = Clock::real;
   trial.duration = Duration::from_seconds(duration);
   trial.nodes = {device};
-  lower_limits(trial.nodes.front(), force);
+  limit_to_trial(trial.nodes.front(), force);
   trial.edges.clear();
   trial.record.clear();
   NodeSpec source;

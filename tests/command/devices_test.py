@@ -91,11 +91,7 @@ class Emulated(CommandTest):
 
     @needs_live
     def test_forces_of_a_trial_stay_small_and_end_at_zero(self):
-        log = self.folder / "log"
-        graph = self.graph("--log", log)
-        result = self.answer("device", "test", graph, "--seconds", "0.5", "--force", "0.5", "--yes")
-        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        forces = [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 6]
+        forces = self.forces_of_trial("stuck_after: 0", "0.5", "--force", "0.5", "--yes")
         # One axis along z of the scene: it gets the third pair of forces alone.
         self.assertLessEqual(max(map(abs, forces)), 0.5 + 1e-9)
         self.assertGreater(max(forces), 0.1)
@@ -106,15 +102,25 @@ class Emulated(CommandTest):
     def test_the_brake_of_the_gate_pushes_no_harder_than_the_trial(self):
         # The emulated hand is faster than this now and then, so that the gate brakes, by default with up to 8 N.
         limits = "stuck_after: 0, speed_max: 0.03 m/s, recovery_time: 10 ms, engage_time: 20 ms"
-        for arguments, answer, most in ((["1.5"], "n\n", 0), (["0.5", "--force", "0.5", "--yes"], "", 0.5)):
-            with self.subTest(most=most):
-                log = self.folder / f"log_{most}"
-                graph = self.graph("--log", log)
-                graph.write_text(graph.read_text().replace("stuck_after: 0", limits))
-                result = self.answer("device", "test", graph, "--seconds", *arguments, text=answer)
-                self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-                forces = [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 6]
-                self.assertLessEqual(max(map(abs, forces)), most + 1e-9)
+        self.assertEqual(set(self.forces_of_trial(limits, "1.5", text="n\n")), {0})
+        self.assertLessEqual(max(map(abs, self.forces_of_trial(limits, "0.5", "--force", "0.5", "--yes"))), 0.5 + 1e-9)
+
+    @needs_live
+    def test_the_force_of_a_trial_is_at_the_hand_whatever_the_scene_makes_of_a_newton(self):
+        for scale in (0.1, 5):
+            with self.subTest(scale=scale):
+                forces = self.forces_of_trial(f"stuck_after: 0, force_scale: {scale}", "0.5", "--force", "0.5", "--yes")
+                self.assertLessEqual(max(map(abs, forces)), 0.5 + 1e-9)
+                self.assertGreater(max(forces), 0.1)
+
+    def forces_of_trial(self, parameters, seconds, *arguments, text=""):
+        """All that the emulator was told in a trial of a device with these parameters, N."""
+        log = self.folder / f"log_{len(list(self.folder.glob('log_*')))}"
+        graph = self.graph("--log", log)
+        graph.write_text(graph.read_text().replace("stuck_after: 0", parameters))
+        result = self.answer("device", "test", graph, "--seconds", seconds, *arguments, text=text)
+        self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
+        return [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 6]
 
     @needs_live
     def test_a_device_without_a_watchdog_is_told_before_the_force_is_confirmed(self):
