@@ -89,7 +89,8 @@ std::string felt_text(const RunResult& result) {
   const auto add = [](std::string& text, const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
   for (const auto& [quantity, threshold] : {std::pair{"force", "weber"}, {"torque", "jnd"}}) {
     const double share = result.metric(fmt::format("delivered.{}.share_beyond_{}", quantity, threshold));
-    if (share > 0) add(felt, fmt::format("the {}'s error {} of the time", quantity, percent(share)));
+    if (share > 0)
+      add(felt, fmt::format("the {}'s error {} of the time", quantity, share < 0.005 ? "under 1 %" : percent(share)));
     if (share == 0) add(calm, fmt::format("the {}'s error is too small", quantity));
   }
   const double level = result.metric("delivered.force.vibration_above_threshold_dB");
@@ -102,8 +103,8 @@ std::string felt_text(const RunResult& result) {
     if (std::isfinite(worst)) text += " (" + by(worst) + " in the worst half second)";
     add(level >= 0 || worst >= 0 ? felt : calm, text);
   }
-  if (!felt.empty()) return felt;
-  return calm.empty() ? "" : "nothing: " + calm;
+  const std::string text = !felt.empty() ? felt : calm.empty() ? "" : "nothing: " + calm;
+  return text.empty() || std::isfinite(level) ? text : text + "; vibration was not judged";
 }
 
 /// Which part of the run the metrics are of, where that is not all but the settling at its start.

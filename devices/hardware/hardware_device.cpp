@@ -250,6 +250,7 @@ void HardwareDevice::report(Report& report) const {
   count("stuck", plausibility_.times_stuck());
   count("limited_ticks", limited_ticks_);
   report.set("device.velocity_cutoff_Hz", cutoff_Hz_);
+  if (const auto share = filter_.mixed_share()) report.set("device.velocity_mixed_share", *share);
   if (const std::string text = tell_failures(*runner_); !text.empty()) report.remark(text);
   if (failure_[0] != '\0') report.remark("last failed reading: " + std::string(failure_.data()));
   for (const std::string& text : runner_->refused()) report.remark(runner_->name() + ": its line's thread: " + text);

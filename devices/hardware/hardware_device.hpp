@@ -46,7 +46,7 @@ struct HardwareParts {
 /// LinkRunner). The state carries the time of its sample, not that of the tick; between samples it is repeated.
 ///
 /// The velocity is that of a PoseFilter over the samples in the scene, with the departure of the parameters and the
-/// noise of a step of resolution, sqrt(1/12) of it. It is a mean of several filters (MotionFilter). At a constant rate
+/// noise of a step of resolution, sqrt(1/12) of it. It is a mean of several filters (PoseFilter). At a constant rate
 /// 1/T one of order 3 is a third-order low-pass on differences whose poles have the frequency
 /// (q / (noise^2 T))^(1/6) / (2 pi). That of the second of order 3, whose departure is that of the parameters, is
 /// reported as device.velocity_cutoff_Hz; the calmest of order 3 has a quarter of the departure, so its cutoff is lower
@@ -66,8 +66,8 @@ class HardwareDevice : public DeviceNode {
   [[nodiscard]] bool must_be_followed() const override { return true; }
   /// That of DeviceNode, and device.link.*: cycles, errors.KIND (see LinkError), reconnects, skipped,
   /// age_us.p50/p99/max of the sample in use at each tick, cycle_us.p50/p99; device.jumps, device.stuck,
-  /// device.limited_ticks: efforts that were shortened; device.velocity_cutoff_Hz; and as remarks the failures of the
-  /// line with the device's name, and what the system refused to the line's thread.
+  /// device.limited_ticks: efforts that were shortened; device.velocity_cutoff_Hz, device.velocity_mixed_share; and as
+  /// remarks the failures of the line with the device's name, and what the system refused to the line's thread.
   void report(Report& report) const override;
   [[nodiscard]] ForceAccount account() const override;
 

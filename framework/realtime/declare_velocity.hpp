@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "framework/node/declare.hpp"
 #include "framework/realtime/pose_filter.hpp"
@@ -35,8 +36,15 @@ void declare_velocity(Declare<N>& declaration) {
           std::optional(defaults.velocity_filter),
           "several: models of the handle's motion run side by side, weighted by how well each predicts it; mixed: more "
           "models, added up so that a hand feels least of the encoder's steps; one: a single model that adapts, which "
-          "is "
-          "later if a hand trembles");
+          "is later if a hand trembles")
+      .metric("device.velocity_mixed_share", "1",
+              "share of the samples at which the velocity was mixed; it is that of `several` where samples come slower "
+              "than 250 Hz, and within 0.1 s of an uneven interval",
+              Better::neither)
+      .missing_where("the encoder is exact, or shows no second sample")
+      .left_out_when([](const P& params, const MetricUse&) {
+        return std::string(params.velocity_filter == VelocityFilter::mixed ? "" : "velocity_filter is not mixed");
+      });
 }
 
 }  // namespace tactor

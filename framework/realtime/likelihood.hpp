@@ -33,15 +33,21 @@ class FadingLikelihood {
   void add(std::size_t model, const Vec3& likely) { sums_[model] += likely; }
   [[nodiscard]] const Vec3& sum(std::size_t model) const { return sums_[model]; }
   void set(std::size_t model, const Vec3& sum) { sums_[model] = sum; }
-  /// As unlikely as makes it count again after some tenths of a second.
-  void forget(std::size_t model) { set(model, {-1e3, -1e3, -1e3}); }
+  /// The largest sum of the first `count` models, by axis.
+  [[nodiscard]] Vec3 most(std::size_t count = models) const {
+    Vec3 most = sums_[0];
+    for (std::size_t i = 1; i < count; ++i) {
+      for (int axis = 0; axis < 3; ++axis) most[axis] = std::max(most[axis], sums_[i][axis]);
+    }
+    return most;
+  }
 
   /// The share of each of the first `count` models in the whole, by axis; they add up to 1.
   void shares(std::array<Vec3, models>& share, std::size_t count = models) const {
+    const Vec3 likeliest = most(count);
     for (int axis = 0; axis < 3; ++axis) {
-      double most = sums_[0][axis], whole = 0;
-      for (std::size_t i = 1; i < count; ++i) most = std::max(most, sums_[i][axis]);
-      for (std::size_t i = 0; i < count; ++i) whole += share[i][axis] = std::exp(sums_[i][axis] - most);
+      double whole = 0;
+      for (std::size_t i = 0; i < count; ++i) whole += share[i][axis] = std::exp(sums_[i][axis] - likeliest[axis]);
       for (std::size_t i = 0; i < count; ++i) share[i][axis] /= whole;
     }
   }

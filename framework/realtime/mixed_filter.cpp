@@ -17,24 +17,29 @@ namespace tactor {
 namespace {
 
 constexpr double even_from = 0.1;  // s of even intervals, from which on filters are mixed
+// A tremor that is begun anew is taken to be less likely than the likeliest chain by this logarithm. It fades as all
+// do, so that the tremor counts again after half a second.
+constexpr double forgotten = 1e3;
+constexpr double least_log = -14;  // of a likelihood by the largest: most kinds are as good as impossible
 
 // How much what a hand feels of the error counts beside its mean square.
-constexpr double felt = 10;       // in a slow motion or a tremor
-constexpr double felt_quick = 2;  // in a broad motion or a quick tremor, which hide some
-constexpr double less_felt = 8;   // by this factor less from one chain to the next that is faster than `departure`
+constexpr double weight_calm = 10;  // in a slow motion or a tremor
+constexpr double weight_quick = 2;  // in a broad motion or a quick tremor, which hide some
+constexpr double less_weight = 8;   // by this factor less from one chain to the next that is faster than `departure`
 /// From this noise on, by departure. A finer encoder makes hardly any vibration, so there the error counts more.
 constexpr double whole_from = 0.72;
 
-// Each kind's sum is best for the spectrum of that kind alone. So a hand in broad motion is taken to move slowly too,
-// at all frequencies alike, with this share of the force's mean square: it would be shown too stiff there. A broad
-// motion of some mm/s passes for a quick tremor, whose share is small, because calm hands pay for it.
+// Each kind's sum is best for the spectrum of that kind alone. So a hand in broad motion is taken to move slowly too:
+// else it would be shown too stiff at low frequencies. The slow motion has this root of the mean square, by the
+// departure, as much of the force in each octave. A broad motion of some mm/s passes for a quick tremor, which has
+// little slow motion, because calm hands pay for it.
 constexpr double slow_up_to = 5;  // Hz
-constexpr double slow_of_broad = 0.1;
-constexpr double slow_of_quick_tremor = 1e-3;
+constexpr double slow_of_broad = 1300;
+constexpr double slow_of_quick_tremor = 65;
 
 constexpr double stiffness_by_damping = 35;  // 1/s, k / b of a coupling
 constexpr double handle_mass = 0.1;          // kg
-constexpr double tail_from = 160;            // Hz; above, what is felt is taken to grow with frequency
+constexpr double tail_from = 160;            // Hz; above, W grows with frequency
 constexpr double first_frequency = 0.3;      // Hz, of the integrals
 constexpr int frequencies = 120;
 
@@ -44,8 +49,8 @@ using Responses = Eigen::VectorXcd;
 
 struct Kind {
   MotionLaw law;
-  double felt;      // how much vibration counts
-  double slow = 0;  // the share of slow motion beside it
+  double weight;    // of vibration
+  double slow = 0;  // m or rad, root of the mean square of the slow motion beside it
 };
 
 constexpr std::array<double, 2> two_near(double frequency) {
@@ -60,25 +65,25 @@ std::array<Kind, MixedFilter::models> kinds(double departure, double noise) {
   for (; n < MotionFilter::models; ++n) {
     const MotionFilter::Chain chain = MotionFilter::chain(n);
     all[n].law = {chain.order, chain.departure * d, 0, {}, 0};
-    all[n].felt = felt * std::pow(less_felt, -std::max(0.0, std::log2(chain.speed) / 2));
+    all[n].weight = weight_calm * std::pow(less_weight, -std::max(0.0, std::log2(chain.speed) / 2));
   }
   // On a hand that moves as chains do, or on one that hardly moves.
   for (const double moves : {d, 0.1 * d}) {
     for (const double frequency : {7.0, 10.0, 14.0}) {
-      all[n++] = {{3, moves, 25 * d * 10 / frequency, two_near(frequency), sharp}, felt};
+      all[n++] = {{3, moves, 25 * d * 10 / frequency, two_near(frequency), sharp}, weight_calm};
     }
-    all[n++] = {{3, moves, 75 * d, two_near(10), sharp}, felt};
+    all[n++] = {{3, moves, 75 * d, two_near(10), sharp}, weight_calm};
   }
-  all[n++] = {{3, 0.1 * d, 60 * d, two_near(19), sharp}, felt_quick, slow_of_quick_tremor};
+  all[n++] = {{3, 0.1 * d, 60 * d, two_near(19), sharp}, weight_quick, slow_of_quick_tremor * d};
   for (const double broad : {10 * d, 40 * d, 160 * d}) {
-    all[n++] = {{3, 0.25 * d, broad, {6, 20}, flat}, felt_quick, slow_of_broad};
+    all[n++] = {{3, 0.25 * d, broad, {6, 20}, flat}, weight_quick, slow_of_broad * d};
   }
   TACTOR_DEMAND(n == all.size());
-  for (Kind& kind : all) kind.felt *= share;
+  for (Kind& kind : all) kind.weight *= share;
   return all;
 }
 
-/// By its smallest value: how much of a force of this frequency is felt, squared.
+/// W^2, by its largest value up to tail_from.
 double felt_squared(double frequency_Hz) {
   static const double least = [] {
     double smallest = vibration_force_threshold(tail_from, handle_mass);
@@ -108,8 +113,7 @@ MixedFilter::MixedFilter(double departure, double noise, double nominal)
   }
   const auto count = static_cast<Eigen::Index>(used.size());
   std::vector<Square> A(used.size(), Square::Zero(count, count));
-  std::vector<double> power(used.size());             // the mean square of the force
-  Square missed_slowly = Square::Zero(count, count);  // of a slow force whose mean square is 1
+  Square missed_slowly = Square::Zero(count, count);  // of a slow motion whose mean square is 1
   int slow_frequencies = 0;
   const double last = 0.5 / nominal, first = std::min(first_frequency, last / 100);
   const double ratio = std::pow(last / first, 1.0 / frequencies);
@@ -123,17 +127,15 @@ MixedFilter::MixedFilter(double departure, double noise, double nominal)
     }
     const Square moved = (error * error.adjoint()).real(), shaken = (H * H.adjoint()).real();
     const double width = low * (ratio - 1), felt = felt_squared(f);
-    const double of_motion = stiffness_by_damping * stiffness_by_damping + w * w;  // the force's mean square
     for (std::size_t i = 0; i < used.size(); ++i) {
-      A[i] += width * (1 + used[i].felt * felt) * (steady[i].spectrum(w) * moved + of_noise * shaken);
-      power[i] += width * steady[i].spectrum(w) * of_motion;
+      A[i] += width * (1 + used[i].weight * felt) * (steady[i].spectrum(w) * moved + of_noise * shaken);
     }
     if (f > slow_up_to) continue;
-    missed_slowly += moved / of_motion;
+    missed_slowly += moved / (1 + w * w / (stiffness_by_damping * stiffness_by_damping));
     ++slow_frequencies;
   }
   for (std::size_t i = 0; i < used.size(); ++i) {
-    A[i] += used[i].slow * power[i] / slow_frequencies * missed_slowly;
+    A[i] += used[i].slow * used[i].slow / slow_frequencies * missed_slowly;
     // The filters are alike, so that the best sum is barely determined: none may count much. In units of each filter's
     // own error, because these may be many orders of magnitude apart.
     const Line unit = A[i].diagonal().cwiseSqrt().cwiseInverse();
@@ -153,7 +155,7 @@ void MixedFilter::start(const Vec3& value) {
 }
 
 void MixedFilter::take(double interval, const Vec3& sample) {
-  chains_.take(interval, sample);
+  chains_.update(interval, sample);
   likelihood_.fade(interval);
   if (SteadyModel::takes(interval, nominal_)) {
     even_for_ += interval;
@@ -164,9 +166,11 @@ void MixedFilter::take(double interval, const Vec3& sample) {
     }
   } else {
     even_for_ = 0;
+    chains_.mix();
+    const Vec3 unlikely = chains_.likelihood().most() - Vec3{forgotten, forgotten, forgotten};
     for (std::size_t i = 0; i < tremors_.size(); ++i) {
       tremors_[i].start(chains_.value(), chains_.rate());
-      likelihood_.forget(chains + i);
+      likelihood_.set(chains + i, unlikely);
     }
   }
   mix();
@@ -178,14 +182,19 @@ void MixedFilter::count_from(const Vec3& value) {
   value_ += -1 * value;
 }
 
+bool MixedFilter::mixes() const {
+  return even_for_ >= even_from;
+}
+
 void MixedFilter::mix() {
-  if (even_for_ < even_from) {
+  if (!mixes()) {
+    chains_.mix();
     value_ = chains_.value();
     rate_ = chains_.rate();
     return;
   }
   const std::size_t count = chains + tremors_.size();
-  std::array<Vec3, models> likely, values, rates;
+  std::array<Vec3, models> values{}, rates{};
   for (std::size_t i = 0; i < chains; ++i) {
     likelihood_.set(i, chains_.likelihood().sum(i));
     values[i] = chains_.model(i).value();
@@ -195,22 +204,25 @@ void MixedFilter::mix() {
     values[i] = tremors_[i - chains].value();
     rates[i] = tremors_[i - chains].rate();
   }
-  likelihood_.shares(likely, count);
-  value_ = rate_ = {};
+  const Vec3 likeliest = likelihood_.most(count);
   for (int axis = 0; axis < 3; ++axis) {
+    // Loops go over all models, so that the compiler knows their length. One that is not used has the share 0.
     std::array<double, models> share{};
     double whole = 0;
     for (std::size_t i = 0; i < count; ++i) {
-      // Most are as good as impossible.
-      const double p = likely[i][axis];
-      if (p < 1e-6) continue;
+      const double log_p = likelihood_.sum(i)[axis] - likeliest[axis];
+      if (log_p < least_log) continue;
+      const double p = std::exp(log_p);
       whole += p;
-      for (std::size_t j = 0; j < count; ++j) share[j] += p * mixing_[i][j];
+      for (std::size_t j = 0; j < models; ++j) share[j] += p * mixing_[i][j];
     }
-    for (std::size_t j = 0; j < count; ++j) {
-      value_[axis] += share[j] / whole * values[j][axis];
-      rate_[axis] += share[j] / whole * rates[j][axis];
+    double value = 0, rate = 0;
+    for (std::size_t j = 0; j < models; ++j) {
+      value += share[j] * values[j][axis];
+      rate += share[j] * rates[j][axis];
     }
+    value_[axis] = value / whole;
+    rate_[axis] = rate / whole;
   }
 }
 

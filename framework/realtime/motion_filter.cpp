@@ -90,6 +90,10 @@ void MotionModel::predict(double T) {
 }
 
 Vec3 MotionModel::correct(const Vec3& sample) {
+  // After a long gap rounding may leave no variance; then nothing is known but the sample.
+  bool known = true;
+  for (std::size_t i = 0; i < order_; ++i) known = known && P_[i][i] > 0;
+  if (!known) start(sample);
   const Vec3 innovation = sample - state_[0];
   const std::array<double, most_order> row = P_[0];
   const double s = row[0] + variance_;
@@ -124,13 +128,12 @@ void MotionFilter::start(const Vec3& value) {
   mix();
 }
 
-void MotionFilter::take(double interval, const Vec3& sample) {
+void MotionFilter::update(double interval, const Vec3& sample) {
   likelihood_.fade(interval);
   for (std::size_t i = 0; i < count_; ++i) {
     models_[i].predict(interval);
     likelihood_.add(i, models_[i].correct(sample));
   }
-  mix();
 }
 
 void MotionFilter::count_from(const Vec3& value) {

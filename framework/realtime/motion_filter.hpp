@@ -75,7 +75,13 @@ class MotionFilter {
 
   void start(const Vec3& value);
   /// Takes in a sample that is `interval` > 0 s later than the last.
-  void take(double interval, const Vec3& sample);
+  void take(double interval, const Vec3& sample) {
+    update(interval, sample);
+    mix();
+  }
+  /// The two halves of take(): all models take the sample in; their mean is made. For who seldom needs the mean.
+  void update(double interval, const Vec3& sample);
+  void mix();
   /// From here on values are counted from `value`.
   void count_from(const Vec3& value);
 
@@ -87,8 +93,6 @@ class MotionFilter {
   [[nodiscard]] const FadingLikelihood<models>& likelihood() const { return likelihood_; }
 
  private:
-  void mix();
-
   std::size_t count_;  // of the models in use, the first
   std::array<MotionModel, models> models_;
   FadingLikelihood<models> likelihood_;

@@ -24,7 +24,8 @@ std::variant<std::monostate, MixedFilter, MotionFilter> make(VelocityFilter kind
 }  // namespace
 
 PoseFilter::PoseFilter(const VelocityParams& params, double noise, double noise_angle, double interval, bool rotate)
-    : translation_(make(params.velocity_filter, params.velocity_departure, noise, interval)) {
+    : mixed_asked_(params.velocity_filter == VelocityFilter::mixed),
+      translation_(make(params.velocity_filter, params.velocity_departure, noise, interval)) {
   if (rotate) rotation_ = make(params.velocity_filter, params.velocity_departure_angle, noise_angle, interval);
 }
 
@@ -44,6 +45,9 @@ void PoseFilter::take(const Pose& X_WD, Time now) {
   if (interval <= 0) return;
   last_ = now;
   with(translation_, [&](auto& filter) { filter.take(interval, X_WD.p); });
+  ++samples_;
+  const auto* mixed = std::get_if<MixedFilter>(&translation_);
+  if (mixed != nullptr && mixed->mixes()) ++mixed_;
   with(rotation_, [&](auto& filter) {
     // Values are the turn from R_.
     filter.take(interval, to_rotation_vector(X_WD.R * inverse(R_)));
@@ -57,6 +61,11 @@ Twist PoseFilter::velocity() const {
   with(translation_, [&](const auto& filter) { V_WD.v = filter.rate(); });
   with(rotation_, [&](const auto& filter) { V_WD.w = filter.rate(); });
   return V_WD;
+}
+
+std::optional<double> PoseFilter::mixed_share() const {
+  if (!mixed_asked_ || samples_ == 0) return std::nullopt;
+  return static_cast<double>(mixed_) / static_cast<double>(samples_);
 }
 
 }  // namespace tactor

@@ -1,6 +1,8 @@
 // The velocity of a handle, of both its translation and its rotation, from the poses that its encoders show.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <variant>
 
 #include "framework/core/spatial.hpp"
@@ -21,7 +23,7 @@ enum class VelocityFilter {
 struct VelocityParams {
   double velocity_departure = 2e-6;        ///< m, in 10 ms, see MotionFilter
   double velocity_departure_angle = 2e-5;  ///< rad, in 10 ms
-  VelocityFilter velocity_filter = VelocityFilter::several;
+  VelocityFilter velocity_filter = VelocityFilter::mixed;
 };
 
 /// Estimates the velocity of a pose. The rotation is filtered as small turns about its estimate.
@@ -36,11 +38,16 @@ class PoseFilter {
   void take(const Pose& X_WD, Time now);
   /// m/s and rad/s in W; the angular one zero where nothing rotates.
   [[nodiscard]] Twist velocity() const;
+  /// The share of the samples taken in at which the translation's velocity was that of a MixedFilter that mixes; none
+  /// before the first, or where `mixed` is not asked for.
+  [[nodiscard]] std::optional<double> mixed_share() const;
 
  private:
   using Filter = std::variant<std::monostate, MixedFilter, MotionFilter>;
 
+  bool mixed_asked_;
   Filter translation_, rotation_;
+  std::uint64_t samples_ = 0, mixed_ = 0;
   bool started_ = false;
   Time last_;
   Quat R_;  // the estimate

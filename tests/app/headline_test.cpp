@@ -34,7 +34,7 @@ BOOST_AUTO_TEST_CASE(nothing_is_felt_only_where_all_is_under_its_threshold) {
   BOOST_TEST(felt({0, 0, -9.2, 100, -4.4}) ==
              "nothing: the force's error is too small; the torque's error is too small; vibration at 100 Hz, 9 dB "
              "under its threshold (4 dB under in the worst half second)");
-  BOOST_TEST(felt({0, none, none, none, none}) == "nothing: the force's error is too small");
+  BOOST_TEST(felt({0, none, none, none, none}) == "nothing: the force's error is too small; vibration was not judged");
   // Vibration in the worst half second alone.
   BOOST_TEST(felt({0, none, -2, 100, 1}) ==
              "vibration at 100 Hz, 2 dB under its threshold (1 dB above in the worst half second)");
@@ -47,6 +47,8 @@ BOOST_AUTO_TEST_CASE(all_that_is_felt_is_told_with_where_and_how_much) {
   // A short run has no half second.
   BOOST_TEST(felt({0, none, 3, 125, none}) == "vibration at 125 Hz, 3 dB above its threshold");
   BOOST_TEST(felt({0.05, none, -3, 125, -1}) == "the force's error 5 % of the time");
+  BOOST_TEST(felt({0.05, none, none, none, none}) == "the force's error 5 % of the time; vibration was not judged");
+  BOOST_TEST(felt({0.002, none, -3, 125, -1}) == "the force's error under 1 % of the time");
 }
 
 BOOST_AUTO_TEST_CASE(a_run_without_a_reference_says_nothing_of_it) {
