@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "framework/core/felt.hpp"
 #include "framework/core/perception.hpp"
 #include "framework/core/third_octaves.hpp"
-#include "nodes/sink/vibration.hpp"
 
 using namespace tactor;
 using Json = nlohmann::ordered_json;

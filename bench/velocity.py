@@ -1,4 +1,4 @@
-"""The velocity filters of devices alone: how they show given motions, and how much a filter could gain that knows the motion's spectra.
+"""The velocity filters of devices alone: how they show given motions, and how much a filter gains that is fitted to the motion.
 
 A library for `scripts/velocity_results` and its test. A force is k p + b v, with the position as the encoder shows it and the velocity
 of a filter. Errors are against the force of the true motion.
@@ -17,10 +17,11 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 DAMPING, STIFFNESS = 3.0, 105.0  # N s/m, N/m, of the coupling
 SECONDS = 8
+AT_REST = "none"  # the name of a motion
 SETTLING = 0.5  # s, not judged
-WEIGHT = 10  # of what is felt, beside the mean square, in the bound
+WEIGHT = 10  # of what is felt, beside the mean square, in the fit
 TAIL = 160.0  # Hz; above, W grows with frequency
-LAGS = 160  # samples that the bound's filter looks back
+LAGS = 160  # samples that the fitted filter looks back
 
 
 def program():
@@ -67,7 +68,7 @@ class Motion:
 
 def motions():
     """{name: Motion}: none, slow, broad ones, and tremors on a hand that moves slowly."""
-    found = {"none": Motion(), "slow": Motion(1).band(0.1, 1, 5e-3)}
+    found = {AT_REST: Motion(), "slow": Motion(1).band(0.1, 1, 5e-3)}
     for um in (20, 200, 1000):
         found[f"3 to 25 Hz, {um} um"] = Motion(um).band(3, 25, 1e-6 * um)
     for hertz in (4, 6, 8, 10, 12, 15, 18):
@@ -103,9 +104,9 @@ def weigh(values, interval, curve):
     return np.fft.irfft(np.fft.rfft(values, axis=0) * inverse[:, None], len(values), axis=0)
 
 
-def bound(position, velocity, shown, interval, curve, weight=WEIGHT):
-    """The velocity, m/s, that the best causal sum of the last LAGS shown positions gives: with the least E e^2 + weight E (W e)^2 over the
-    first half of the motion, axis by axis. It is a bound for the second half alone."""
+def fitted(position, velocity, shown, interval, curve, weight=WEIGHT):
+    """The velocity, m/s, of the causal linear filter of the last LAGS shown positions that has the least E e^2 + weight E (W e)^2 over the
+    first half of the motion, axis by axis; over all of it. Judge the second half."""
     estimate = np.zeros_like(position)
     half = len(position) // 2
     rows = np.arange(round(SETTLING / interval), half)

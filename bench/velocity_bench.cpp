@@ -7,18 +7,20 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 #include <iostream>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include <boost/random/mersenne_twister.hpp>
-#include <boost/random/normal_distribution.hpp>
 #include <nlohmann/json.hpp>
 
 #include "devices/simulated/encoder.hpp"
+#include "framework/core/spatial.hpp"
+#include "framework/core/time.hpp"
 
 using namespace tactor;
 
@@ -57,6 +59,10 @@ void estimate(char** arguments) {
   parameters.step = std::atof(arguments[2]);
   parameters.noise = std::atof(arguments[3]);
   parameters.seed = static_cast<std::uint64_t>(std::atoll(arguments[4]));
+  if (!(parameters.interval > 0)) {
+    std::cerr << "expected an interval above zero, found " << arguments[1] << '\n';
+    std::exit(2);
+  }
   std::vector<Vec3> path;
   for (std::array<double, 3> p{}; std::fread(p.data(), sizeof(double), 3, stdin) == 3;)
     path.push_back({p[0], p[1], p[2]});

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 #include <string_view>
 #include <tuple>
 #include <utility>
+#include <vector>
 
+#include "app/run/felt_text.hpp"
 #include "app/run/run_metrics.hpp"
 #include "app/run/summary.hpp"
 #include "app/run/timing.hpp"
@@ -83,28 +86,19 @@ std::string error_text(const RunResult& result) {
   return text;
 }
 
-/// Tells where and how much of the error a hand is predicted to feel, or that it feels nothing.
-std::string felt_text(const RunResult& result) {
-  std::string felt, calm;
-  const auto add = [](std::string& text, const std::string& more) { text += (text.empty() ? "" : "; ") + more; };
+std::string felt_line(const RunResult& result) {
+  std::vector<FeltShare> shares;
   for (const auto& [quantity, threshold] : {std::pair{"force", "weber"}, {"torque", "jnd"}}) {
     const double share = result.metric(fmt::format("delivered.{}.share_beyond_{}", quantity, threshold));
-    if (share > 0)
-      add(felt, fmt::format("the {}'s error {} of the time", quantity, share < 0.005 ? "under 1 %" : percent(share)));
-    if (share == 0) add(calm, fmt::format("the {}'s error is too small", quantity));
+    if (std::isfinite(share)) shares.push_back({quantity, share});
   }
-  const double level = result.metric("delivered.force.vibration_above_threshold_dB");
-  if (std::isfinite(level)) {
-    const double frequency = result.metric("delivered.force.vibration_above_threshold_Hz");
-    const double worst = result.metric("delivered.force.worst_vibration_above_threshold_dB");
-    const auto by = [](double dB) { return fmt::format("{:.0f} dB {}", std::abs(dB), dB < 0 ? "under" : "above"); };
-    std::string text = "vibration" + (std::isfinite(frequency) ? fmt::format(" at {} Hz", pretty(frequency)) : "") +
-                       ", " + by(level) + " its threshold";
-    if (std::isfinite(worst)) text += " (" + by(worst) + " in the worst half second)";
-    add(level >= 0 || worst >= 0 ? felt : calm, text);
+  const auto vibration = [&](const char* name) { return result.metric(fmt::format("delivered.force.{}", name)); };
+  const double mean_dB = vibration("vibration_above_threshold_dB"), Hz = vibration("vibration_above_threshold_Hz");
+  std::optional<FeltVibration> felt;
+  if (std::isfinite(mean_dB)) {
+    felt = FeltVibration{mean_dB, std::isfinite(Hz) ? Hz : 0, vibration("worst_vibration_above_threshold_dB")};
   }
-  const std::string text = !felt.empty() ? felt : calm.empty() ? "" : "nothing: " + calm;
-  return text.empty() || std::isfinite(level) ? text : text + "; vibration was not judged";
+  return felt_text(shares, felt);
 }
 
 /// Which part of the run the metrics are of, where that is not all but the settling at its start.
@@ -232,7 +226,7 @@ std::vector<HeadlineLine> headline(const RunResult& result) {
       {"verdict", verdict_text(result), "stability.verdict"},
       {"judged", interval_text(result), "judged.from_s"},
       {"error", error_text(result), "delivered.force.rms_error_N"},
-      {"felt", felt_text(result), "delivered.force.vibration_above_threshold_dB"},
+      {"felt", felt_line(result), "delivered.force.vibration_above_threshold_dB"},
       {"delay", delay_text(result), "delivered.force.delay_ms"},
       {"smooth", smoothness_text(result), "delivered.force.rms_d2_N_per_ms2"},
       {"gate", gate_text(result), "device.engaged_share"},

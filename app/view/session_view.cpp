@@ -4,9 +4,11 @@
 #include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
+#include <span>
 #include <utility>
 
 #include "app/output.hpp"
+#include "app/run/felt_text.hpp"
 #include "devices/mouse/cursor.hpp"
 #include "framework/core/check.hpp"
 #include "framework/realtime/make_thread.hpp"
@@ -52,6 +54,10 @@ json reference_object(const FollowerFigures& figures) {
   if (figures.error.compared > 0) {
     object["rms"] = figures.error.rms_N;
     object["max"] = figures.error.max_N;
+  }
+  if (figures.felt) {
+    const FeltShare share{"force", figures.felt->beyond_weber};
+    object["felt"] = felt_text(std::span(&share, 1), figures.felt->vibration);
   }
   if (figures.error.delay) object["delay"] = figures.error.delay->seconds();
   return object;

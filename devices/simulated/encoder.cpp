@@ -30,6 +30,11 @@ Encoder::Encoder(const EncoderParameters& parameters, bool rotate)
                   deviation_of(parameters.step_angle, parameters.noise_angle), parameters.interval, estimates_angular);
 }
 
+std::optional<double> Encoder::mixed_share() const {
+  if (!filter_ || is_exact(parameters_.step, parameters_.noise)) return std::nullopt;
+  return filter_->mixed_share();
+}
+
 Vec3 Encoder::noisy(const Vec3& value, double deviation) {
   // One after the other, so that the order of the draws is that of the axes.
   const double x = normal_(engine_);

@@ -31,8 +31,8 @@ class Encoder {
 
   /// What is shown of `truth` at `now`; called once a tick.
   MotionState read(const MotionState& truth, Time now);
-  /// PoseFilter::mixed_share(); none where the encoder is exact.
-  [[nodiscard]] std::optional<double> mixed_share() const { return filter_ ? filter_->mixed_share() : std::nullopt; }
+  /// PoseFilter::mixed_share(); none where the translation's encoder is exact.
+  [[nodiscard]] std::optional<double> mixed_share() const;
 
  private:
   Vec3 noisy(const Vec3& value, double deviation);

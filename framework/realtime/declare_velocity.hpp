@@ -38,8 +38,8 @@ void declare_velocity(Declare<N>& declaration) {
           "models, added up so that a hand feels least of the encoder's steps; one: a single model that adapts, which "
           "is later if a hand trembles")
       .metric("device.velocity_mixed_share", "1",
-              "share of the samples at which the velocity was mixed; it is that of `several` where samples come slower "
-              "than 250 Hz, and within 0.1 s of an uneven interval",
+              "share of the samples at which the filters of the translation were mixed; at the others the velocity is "
+              "that of `several`, because samples come slower than at 250 Hz, or came unevenly in the last 0.1 s",
               Better::neither)
       .missing_where("the encoder is exact, or shows no second sample")
       .left_out_when([](const P& params, const MetricUse&) {

@@ -30,9 +30,9 @@ constexpr double less_weight = 8;   // by this factor less from one chain to the
 constexpr double whole_from = 0.72;
 
 // Each kind's sum is best for the spectrum of that kind alone. So a hand in broad motion is taken to move slowly too:
-// else it would be shown too stiff at low frequencies. The slow motion has this root of the mean square, by the
-// departure, as much of the force in each octave. A broad motion of some mm/s passes for a quick tremor, which has
-// little slow motion, because calm hands pay for it.
+// else it would be shown too stiff at low frequencies. The slow motion moves a spring alone by this root of half the
+// mean square, by the departure, as much in each octave. A broad motion of some mm/s passes for a quick tremor, which
+// has little slow motion, because calm hands pay for it.
 constexpr double slow_up_to = 5;  // Hz
 constexpr double slow_of_broad = 1300;
 constexpr double slow_of_quick_tremor = 65;
@@ -50,7 +50,7 @@ using Responses = Eigen::VectorXcd;
 struct Kind {
   MotionLaw law;
   double weight;    // of vibration
-  double slow = 0;  // m or rad, root of the mean square of the slow motion beside it
+  double slow = 0;  // m or rad, of the slow motion beside it
 };
 
 constexpr std::array<double, 2> two_near(double frequency) {
@@ -157,21 +157,21 @@ void MixedFilter::start(const Vec3& value) {
 void MixedFilter::take(double interval, const Vec3& sample) {
   chains_.update(interval, sample);
   likelihood_.fade(interval);
-  if (SteadyModel::takes(interval, nominal_)) {
-    even_for_ += interval;
-    const SteadyModel::Lookup at = SteadyModel::find(interval, nominal_);
-    for (std::size_t i = 0; i < tremors_.size(); ++i) {
-      tremors_[i].predict(at);
-      likelihood_.add(chains + i, tremors_[i].correct(at, sample));
-    }
-  } else {
+  if (!SteadyModel::takes(interval, nominal_)) {
     even_for_ = 0;
-    chains_.mix();
+    mix();
     const Vec3 unlikely = chains_.likelihood().most() - Vec3{forgotten, forgotten, forgotten};
     for (std::size_t i = 0; i < tremors_.size(); ++i) {
-      tremors_[i].start(chains_.value(), chains_.rate());
+      tremors_[i].start(value_, rate_);
       likelihood_.set(chains + i, unlikely);
     }
+    return;
+  }
+  even_for_ += interval;
+  const SteadyModel::Lookup at = SteadyModel::find(interval, nominal_);
+  for (std::size_t i = 0; i < tremors_.size(); ++i) {
+    tremors_[i].predict(at);
+    likelihood_.add(chains + i, tremors_[i].correct(at, sample));
   }
   mix();
 }

@@ -90,10 +90,14 @@ void MotionModel::predict(double T) {
 }
 
 Vec3 MotionModel::correct(const Vec3& sample) {
-  // After a long gap rounding may leave no variance; then nothing is known but the sample.
+  // After a long gap rounding may leave no variance; then nothing is known but the sample, and it is no merit to meet
+  // it.
   bool known = true;
   for (std::size_t i = 0; i < order_; ++i) known = known && P_[i][i] > 0;
-  if (!known) start(sample);
+  if (!known) {
+    start(sample);
+    return log_likelihood({1e3, 1e3, 1e3}, 0);
+  }
   const Vec3 innovation = sample - state_[0];
   const std::array<double, most_order> row = P_[0];
   const double s = row[0] + variance_;

@@ -16,6 +16,7 @@ namespace {
 constexpr Queue tap_queue{QueuePolicy::drop_newest, 4096};
 constexpr Duration look_period{5'000'000};
 constexpr Duration follow_period{100'000'000};
+constexpr Duration felt_period{250'000'000};
 /// Before the first sample of a session, so that no time of it is below zero.
 constexpr Duration head_start{1'000'000};
 
@@ -143,6 +144,11 @@ void Follower::follow() {
 void Follower::tell() {
   FollowerFigures now;
   now.error = error_.figures();
+  if (const Instant at = MonotonicClock::now(); at - felt_at_ > felt_period) {
+    felt_at_ = at;
+    felt_ = error_.felt(plan_.handle_mass);
+  }
+  now.felt = felt_;
   now.behind = newest_ - reached_;
   now.skipped = skipped_;
   now.skips = skips_;

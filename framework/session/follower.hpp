@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "framework/realtime/monotonic_clock.hpp"
 #include "framework/session/follower_plan.hpp"
 #include "framework/session/running_error.hpp"
 #include "framework/session/session.hpp"
@@ -20,6 +21,7 @@ namespace tactor {
 /// How far the follower has come.
 struct FollowerFigures {
   ErrorFigures error;
+  std::optional<FeltLately> felt;      ///< looked at four times a second
   Duration behind;                     ///< how far it is behind the run, as far as the run is known
   Duration skipped;                    ///< of the run, because the machine was too slow; with the time for settling
   std::uint64_t skips = 0;             ///< how often
@@ -103,6 +105,8 @@ class Follower {
   std::optional<Time> stopped_;  // when the devices began to ramp down
   bool begun_ = false;
   RunningError error_;
+  std::optional<FeltLately> felt_;
+  Instant felt_at_;
   Duration skipped_;
   std::uint64_t skips_ = 0;
 

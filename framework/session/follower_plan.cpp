@@ -46,6 +46,8 @@ FollowerPlan plan_follower(const Plan& tested, Registry& registry) {
     if (!truth || !judged) continue;
     follower.reference = *truth;
     follower.judged = *judged;
+    const NodeSpec& sink = tested.nodes[n];
+    if (const auto mass = sink.info->param("mass")) follower.handle_mass = std::get<double>(sink.params[*mass]);
   }
   if (follower.reference.empty()) {
     throw InputError(

@@ -19,8 +19,9 @@ struct FollowerPlan {
   };
   Plan plan;
   std::vector<Fed> fed;
-  std::string reference;  ///< the output of the plan that is the truth
-  std::string judged;     ///< the output of the run that is compared with it
+  std::string reference;     ///< the output of the plan that is the truth
+  std::string judged;        ///< the output of the run that is compared with it
+  double handle_mass = 0.1;  ///< kg, as the sink that compares has it
 };
 
 /// The reference run of `tested`, with its devices replaced by feeds of the states that they showed (of the `truth`, if

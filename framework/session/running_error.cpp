@@ -13,6 +13,7 @@ namespace {
 constexpr Duration kept{2'000'000'000};
 constexpr Duration lately{1'000'000'000};
 constexpr Duration longest_delay{100'000'000};
+
 }  // namespace
 
 void RunningError::add_true(Time t, const Wrench& force) {
@@ -93,6 +94,15 @@ ErrorFigures RunningError::figures() const {
   const auto late = delay_of_changes(x, reference, std::llround(longest_delay.seconds() / step), change);
   if (late && is_explained_by(*late, x, reference)) figures.delay = Duration::from_seconds(*late * step);
   return figures;
+}
+
+std::optional<FeltLately> RunningError::felt(double handle_mass) const {
+  const auto newer = std::find_if(times_.begin(), times_.end(), [this](Time t) { return times_.back() - t <= lately; });
+  const auto first = newer - times_.begin();
+  const std::vector<Vec3> x(x_.begin() + first, x_.end()), reference(reference_.begin() + first, reference_.end());
+  if (x.size() < 2) return std::nullopt;
+  const double rate = static_cast<double>(x.size() - 1) / (times_.back() - *newer).seconds();
+  return FeltLately{share_beyond_weber(x, reference), felt_vibration(x, reference, rate, handle_mass)};
 }
 
 }  // namespace tactor

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "framework/core/felt.hpp"
 #include "framework/core/messages.hpp"
 
 namespace tactor {
@@ -20,6 +21,12 @@ struct ErrorFigures {
   double max_N = 0;               ///< the largest
   double rms_lately_N = 0;        ///< over the last second
   std::optional<Duration> delay;  ///< over the last two seconds; none where they do not tell it
+};
+
+/// What a hand is predicted to feel of the error of the last second.
+struct FeltLately {
+  double beyond_weber = 0;                 ///< share_beyond_weber()
+  std::optional<FeltVibration> vibration;  ///< none where a second does not tell it
 };
 
 /// Compares the force of each displayed sample with the true one at the same time, linearly interpolated between true
@@ -36,6 +43,9 @@ class RunningError {
   void compare();
   /// Takes about a millisecond, for the delay.
   [[nodiscard]] ErrorFigures figures() const;
+  /// On a handle of so many kg; none where fewer than two samples were compared lately. Takes some milliseconds at 1
+  /// kHz.
+  [[nodiscard]] std::optional<FeltLately> felt(double handle_mass) const;
 
  private:
   struct Sample {

@@ -11,8 +11,8 @@
 #include "framework/core/between_samples.hpp"
 #include "framework/core/signal_metrics.hpp"
 #include "framework/core/value_error.hpp"
+#include "nodes/sink/felt_metrics.hpp"
 #include "nodes/sink/port_passivity.hpp"
-#include "nodes/sink/vibration.hpp"
 
 namespace tactor {
 

@@ -34,7 +34,7 @@ BOOST_AUTO_TEST_CASE(nothing_is_felt_only_where_all_is_under_its_threshold) {
   BOOST_TEST(felt({0, 0, -9.2, 100, -4.4}) ==
              "nothing: the force's error is too small; the torque's error is too small; vibration at 100 Hz, 9 dB "
              "under its threshold (4 dB under in the worst half second)");
-  BOOST_TEST(felt({0, none, none, none, none}) == "nothing: the force's error is too small; vibration was not judged");
+  BOOST_TEST(felt({0, none, none, none, none}) == "the force's error is too small; vibration was not judged");
   // Vibration in the worst half second alone.
   BOOST_TEST(felt({0, none, -2, 100, 1}) ==
              "vibration at 100 Hz, 2 dB under its threshold (1 dB above in the worst half second)");

@@ -1,4 +1,4 @@
-"""What bench/velocity.py makes of motions: exact velocities, errors of filters, and a bound that filters do not beat."""
+"""What bench/velocity.py makes of motions: exact velocities, errors of filters, and the filter that is fitted to a motion."""
 import pathlib
 import sys
 import unittest
@@ -59,8 +59,8 @@ class Judging(unittest.TestCase):
         self.assertAlmostEqual(gain[320], 2, places=2)
 
 
-class Bound(unittest.TestCase):
-    def test_no_filter_is_better_than_the_bound(self):
+class Fitted(unittest.TestCase):
+    def test_no_filter_is_better_than_the_one_fitted_to_a_steady_motion(self):
         found = thresholds.curves()
         for name in ("slow", "3 to 25 Hz, 200 um", "tremor of 10 Hz, 200 um"):
             with self.subTest(motion=name):
@@ -70,7 +70,7 @@ class Bound(unittest.TestCase):
                     shown, estimate = velocity.estimated(p, filter, TICK, 1e-5)
                     judged[filter] = velocity.judged(velocity.error_of(p, v, shown, estimate)[half:], TICK, found["bands"])
                 for weight in (0, velocity.WEIGHT):
-                    best = velocity.bound(p, v, shown, TICK, found["force_curves"]["0.1"], weight)
+                    best = velocity.fitted(p, v, shown, TICK, found["force_curves"]["0.1"], weight)
                     judged[weight] = velocity.judged(velocity.error_of(p, v, shown, best)[half:], TICK, found["bands"])
                 self.assertLess(judged[0][0], min(judged["several"][0], judged["mixed"][0]))
                 self.assertLess(judged[0][0], judged[velocity.WEIGHT][0])

@@ -107,6 +107,8 @@ class Browser(CommandTest):
             # The mouse was let go for the clicks.
             self.press(0.3)
             self.until("window.tactor.status.reference?.rms >= 0")
+            self.until("document.getElementById('felt').textContent.startsWith('A hand feels: ')")
+            self.assertFalse(self.js("document.getElementById('felt').hidden"))
             self.let_go()
             # A knob, by its number, and what the session says of it.
             number = self.browser.find_element(By.ID, "knob-device.force_max-number")

@@ -4,6 +4,9 @@
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <numbers>
+#include <optional>
+
+#include "framework/core/perception.hpp"
 
 using namespace tactor;
 
@@ -113,4 +116,28 @@ BOOST_AUTO_TEST_CASE(what_is_not_finite_or_out_of_order_is_not_compared) {
   error.compare();
   BOOST_TEST(error.figures().compared == 1U);
   BOOST_TEST(error.figures().max_N == 1);
+}
+
+BOOST_AUTO_TEST_CASE(what_is_felt_is_told_of_the_last_second) {
+  RunningError error;
+  const double frequency = 100, mass = 0.05, threshold = vibration_force_threshold(frequency, mass);
+  BOOST_TEST(!error.felt(mass).has_value());
+  // For two seconds the error is large and slow. Then it is a vibration of twice its threshold, which is no wrong force
+  // beside 3 N.
+  for (int i = 0; i < 4000; ++i) {
+    const double t = i * 1e-3;
+    const double vibration = 2 * threshold * std::numbers::sqrt2 * std::sin(2 * std::numbers::pi * frequency * t);
+    error.add_true(at_ms(i), along(3));
+    error.add_displayed(at_ms(i), along(i < 2000 ? 4 : 3 + vibration));
+    error.compare();
+    if (i == 1999) BOOST_TEST(error.felt(mass)->beyond_weber == 1);
+  }
+  const std::optional<FeltLately> found = error.felt(mass);
+  BOOST_REQUIRE((found && found->vibration));
+  BOOST_TEST(found->beyond_weber == 0);
+  BOOST_TEST(found->vibration->mean_Hz == 100);
+  BOOST_TEST(std::abs(found->vibration->mean_dB - 20 * std::log10(2)) < 0.5);
+  // Nothing is known of what has not been compared yet.
+  error.begin_again(at_ms(4300));
+  BOOST_TEST(!error.felt(mass).has_value());
 }

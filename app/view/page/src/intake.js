@@ -1,7 +1,7 @@
 // Takes the messages of the run, and keeps what a saved page has to show again.
 import { app, have_meshes, tell } from './app.js';
 import { begin, make_scene } from './begin.js';
-import { by_id, show } from './dom.js';
+import { by_id, set_text, show } from './dom.js';
 import { decode_binary } from './messages.js';
 import { no_safety, show_status } from './status.js';
 import { LIVE_HISTORY } from './store.js';
@@ -71,6 +71,7 @@ function take_status(status) {
   keep_told(status.now ?? app.store.now ?? 0, status);
   app.diagram?.update(status);
   app.methods?.reference(status.reference);
+  show_felt(status.reference);
   if (status.reference) show(by_id('methods'), Boolean(app.methods));
   show_status();
 }
@@ -81,6 +82,12 @@ function take_set(message) {
   const time = message.time ?? app.store.now ?? 0;
   if (app.methods?.told(message.parameter, message.value)) app.marks.push({ time, label: app.methods.label(message.value) });
   keep_told(time, { ...message, time });
+}
+
+/** @param {{felt?: string} | undefined} reference */
+function show_felt(reference) {
+  show(by_id('felt'), Boolean(reference?.felt));
+  if (reference?.felt) set_text(by_id('felt'), `A hand feels: ${reference.felt}`);
 }
 
 /** Shows in a replay what was told until the play head: values, the method that was felt, rates of the graph. */
@@ -102,6 +109,7 @@ export function follow(time) {
     app.methods?.told(name, value);
   }
   if (status) app.diagram?.update(status);
+  show_felt(status?.reference);
 }
 
 /** Text messages that a saved page shows again. */

@@ -1,15 +1,12 @@
-// What of the error of the delivered force a hand notices: as a wrong force, and as vibration.
+// What of the error of a displayed force a hand notices: as a wrong force, and as vibration.
 #pragma once
 
 #include <optional>
 #include <span>
 
 #include "framework/core/spatial.hpp"
-#include "framework/node/declare.hpp"
 
 namespace tactor {
-
-class Metrics;
 
 /// The share of samples with |x_i - reference_i| > force_jnd(|reference_i|), N; what is not finite counts. 0 of none.
 double share_beyond_weber(std::span<const Vec3> x, std::span<const Vec3> reference);
@@ -27,12 +24,5 @@ struct FeltVibration {
 /// band.
 std::optional<FeltVibration> felt_vibration(std::span<const Vec3> x, std::span<const Vec3> reference, double rate_Hz,
                                             double handle_mass);
-
-/// Declares the metrics of these, delivered.force.*.
-void declare_felt_metrics(Declare<Metrics>& node);
-
-/// Tells them of a judged interval, as declared.
-void report_felt(Report& report, std::span<const Vec3> x, std::span<const Vec3> reference, double rate_Hz,
-                 double handle_mass);
 
 }  // namespace tactor

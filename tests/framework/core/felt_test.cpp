@@ -1,5 +1,5 @@
 // What is noticed of an error: on errors whose level over the threshold is known beforehand.
-#include "nodes/sink/vibration.hpp"
+#include "framework/core/felt.hpp"
 
 #include <boost/test/unit_test.hpp>
 #include <cmath>
