@@ -116,6 +116,8 @@ def fitted(position, velocity, shown, interval, curve, weight=WEIGHT):
 
     for axis in range(3):
         x = shown[:, axis]
+        if np.ptp(x[:half]) == 0:
+            continue  # nothing is learned from an axis that does not move
         # The spring has the shown position; the sum is free to make up for its error.
         wanted = (velocity + STIFFNESS / DAMPING * (position - shown))[:, axis]
         heavy = np.sqrt(weight) * weigh(np.stack([x, wanted], axis=1) - [x[0], 0], interval, curve)
