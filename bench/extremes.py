@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-METHODS = ("hold", "lowpass", "linear", "linear_position", "fixed", "paper", "refit", "burg", "rls", "kalman", "multirate", "hermite_cubic", "rbf", "blend",
+METHODS = ("hold", "lowpass", "linear", "linear_position", "fixed", "paper", "refit", "burg", "rls", "kalman", "multirate", "hermite_cubic", "blend",
            "local_anchors", "direct", "local_several", "local")  # the floors have a rate of physics of their own
 PHYSICS = {20: "50 ms", 100: "10 ms", 300: "3.33 ms", 1000: "1 ms"}  # Hz
 ENCODERS = ("1 um", "10 um", "100 um")
@@ -55,7 +55,8 @@ def cells(found):
     """{method: {place in the grid: metrics}} of study.json."""
     cells = {}
     for row in found["rows"]:
-        cells.setdefault(row["method"], {})[tuple(row["values"].values())] = row["metrics"]
+        if row["method"] in METHODS:
+            cells.setdefault(row["method"], {})[tuple(row["values"].values())] = row["metrics"]
     return cells
 
 

@@ -34,6 +34,17 @@ def study(tactor, file, out, *options):
     return json.loads((out / "study.json").read_text())
 
 
+def kept_study(tactor, text, out, jobs, resume):
+    """(study.json, the commit that made it) of a study file's text, run into a folder; `resume`: what is there is read."""
+    ran_at = out.with_suffix(".commit")
+    if not (resume and ran_at.exists()):
+        now, file = commit(), out.with_suffix(".yaml")
+        file.write_text(text)
+        study(tactor, file, out, "--jobs", str(jobs), "--overwrite")
+        ran_at.write_text(now)
+    return json.loads((out / "study.json").read_text()), ran_at.read_text()
+
+
 def versions(packages):
     """{package: version} of Debian's packages that are installed."""
     said = subprocess.run(["dpkg-query", "--show", "--showformat=${Package} ${Version}\n", *packages], capture_output=True, text=True,
