@@ -75,10 +75,6 @@ def ratios(cells, method, metric=ERROR, chosen=None):
     return found
 
 
-def geometric_mean(values):
-    return math.exp(statistics.fmean(math.log(max(v, 1e-12)) for v in values))
-
-
 def method_rows(cells):
     """A row a method: cells by verdict, errors by the hold's, run time."""
     for method, of in cells.items():
@@ -87,7 +83,7 @@ def method_rows(cells):
             raise ValueError(f"{method}: expected verdicts of {sorted(VERDICTS)}, found {sorted(set(verdicts))}")
         by, largest = ratios(cells, method), ratios(cells, method, LARGEST)
         worst = max(by, key=by.get)
-        yield [f"`{method}`", len(of), *(verdicts.count(verdict) for verdict in VERDICTS), f"{geometric_mean(by.values()):.3f}",
+        yield [f"`{method}`", len(of), *(verdicts.count(verdict) for verdict in VERDICTS), f"{statistics.geometric_mean(by.values()):.3f}",
                f"{np.quantile(list(by.values()), 0.9):.2f}", f"{by[worst]:.2f} ({', '.join(worst)})", f"{max(largest.values()):.2f}",
                f"{statistics.fmean(value(metrics, TIME) for metrics in of.values()):.2f}"]
 
@@ -103,7 +99,7 @@ def axis_rows(cells, methods=AXIS_METHODS):
     places = list(next(iter(cells.values())))
     for axis in range(len(places[0])):
         for at in dict.fromkeys(place[axis] for place in places):
-            yield [at, *(f"{geometric_mean(ratios(cells, method, chosen=lambda place: place[axis] == at).values()):.3f}" for method in methods)]
+            yield [at, *(f"{statistics.geometric_mean(ratios(cells, method, chosen=lambda place: place[axis] == at).values()):.3f}" for method in methods)]
 
 
 AXIS = ["cells with", *AXIS_METHODS]

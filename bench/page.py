@@ -1,6 +1,7 @@
 """What the scripts that write pages of results share."""
 import datetime
 import json
+import os
 import pathlib
 import re
 import subprocess
@@ -32,6 +33,19 @@ def study(tactor, file, out, *options):
     print(" ".join(map(str, command[1:])), flush=True)
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     return json.loads((out / "study.json").read_text())
+
+
+def drawn_scenes(folder, seed):
+    """The graphs that the generator of scenes draws from a seed into a folder, with their meshes beside them, which are found from then on."""
+    subprocess.run([sys.executable, ROOT / "graphs/transfer/make.py", folder, "--seed", str(seed), "--meshes", folder / "meshes"], check=True)
+    os.environ["TACTOR_MESH_PATH"] = str(folder / "meshes")
+    return sorted(folder.glob("*.yaml"))
+
+
+def study_text(title, graphs, methods, seeds, first_seed):
+    """The text of a study file: files of methods over graphs."""
+    return "\n".join(["format: 2", f"title: {title}", "graphs:", *(f"  - {graph}" for graph in graphs), "methods:", *(f"  - {method}" for method in methods),
+                      f"seeds: {seeds}", f"first_seed: {first_seed}", ""])
 
 
 def kept_study(tactor, text, out, jobs, resume):

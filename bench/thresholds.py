@@ -44,6 +44,15 @@ def band_mean_squares(error, centre, rate):
     return (signal.sosfilt(sections, whole - whole[0], axis=0)[pad:] ** 2).sum(axis=1)
 
 
+def bands_of(error, rate, bands):
+    """(nominal Hz, N of its threshold, squares over time) of each band of an error (samples by axes) that the rate can show; `bands` as curves()
+    has them."""
+    for nominal, centre, threshold in bands:
+        if centre * 10 ** 0.05 >= 0.45 * rate:
+            break
+        yield nominal, threshold, band_mean_squares(error, centre, rate)
+
+
 def levels(result, bands):
     """{nominal Hz: (dB of the mean, dB of the worst half second)} of a result of tactor.run; `bands` as curves() has them."""
     axes = [[result.series[f"{name}.{axis}"]["value"] for axis in "xyz"] for name in ("commanded", "reference")]
@@ -52,10 +61,7 @@ def levels(result, bands):
     time, error = time[judged], (np.array(axes[0]) - np.array(axes[1])).T[judged]
     rate = (len(time) - 1) / (time[-1] - time[0])
     found = {}
-    for nominal, centre, threshold in bands:
-        if centre * 10 ** 0.05 >= 0.45 * rate:
-            break
-        squares = band_mean_squares(error, centre, rate)
+    for nominal, threshold, squares in bands_of(error, rate, bands):
         window = round(0.5 * rate)
         begins = [*range(0, len(squares) - window + 1, window // 2), len(squares) - window]
         worst = max(squares[b:b + window].mean() for b in begins)

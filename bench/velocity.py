@@ -85,12 +85,7 @@ def judged(error, interval, bands, settling=SETTLING):
     """(RMS error in mN, the highest third of an octave over its threshold in dB) of an error in N; bands as thresholds.curves() has them."""
     error = error[round(settling / interval):]
     mean_square = (error**2).sum(axis=1).mean()
-    loudest = -np.inf
-    for _, centre, threshold in bands:
-        if centre * 10 ** 0.05 >= 0.45 / interval:
-            break
-        squares = thresholds.band_mean_squares(error, centre, 1 / interval)
-        loudest = max(loudest, 10 * np.log10(max(squares.mean() / threshold**2, 1e-9)))
+    loudest = max(10 * np.log10(max(squares.mean() / threshold**2, 1e-9)) for _, threshold, squares in thresholds.bands_of(error, 1 / interval, bands))
     return 1e3 * float(np.sqrt(mean_square)), float(loudest)
 
 
