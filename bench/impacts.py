@@ -1,7 +1,7 @@
 """Hits on a wall: how late, how steeply and how exactly a method's force rises, beside the force of the reference."""
 import numpy as np
 
-HITS = 60
+HITS = 115
 TOUCHES = 4e-3  # m, the handle's height at which the tool of wall/scene touches
 ABOVE, BELOW = 11e-3, -3e-3  # m, of the handle: it touches half way
 SLOWEST, FASTEST = 0.05, 0.4  # m/s, at the touch

@@ -17,7 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 sys.path.insert(0, str(BUILD / "python"))
 
-COLOURS = ("black", "#d62728", "#1f77b4", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b")
+COLOURS = ("black", "#d62728", "#1f77b4", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#17becf")
 
 # Others' thresholds of vibration, peak displacement in um by Hz. All as quoted in row HAP-27 and HAP-28 of the ledger
 # docs/research/ledger/HAP_guidance_impedance.csv of the repository adambickerdike/Stabilisation_Pen, commit bbcf1c79.
@@ -27,6 +27,12 @@ THENAR_UM = {300: 0.13}  # Bolanowski et al. 1988: the palm, pressed by a probe 
 # Fu, Cavusoglu 2012: kg of the hand, N/m and N s/m of the grasp, N/m and N s/m of the arm; nominal, Table II, by direction. HAP-26 there.
 STYLUS_HANDS = {"X": (0.218, 379.5, 1.839, 78.75, 4.645), "Y": (0.269, 552.4, 3.609, 105.3, 6.430), "Z": (0.204, 769.9, 0.776, 271.7, 18.06)}
 SIMULATED_HAND = (0.55, 6.5, 135.0)  # kg, N s/m, N/m: that of device.simulated, bolted to its handle
+
+
+def reachable(exact):
+    """The scenes in which no vibration of `local_exact` is felt, of {scene: its metrics}: an encoder without steps shows what a filter could reach."""
+    levels = {scene: metrics.get("delivered.force.vibration_above_threshold_dB", {}).get("mean") for scene, metrics in exact.items()}
+    return [scene for scene, level in levels.items() if level is not None and level < 0]
 
 
 def curves():

@@ -74,6 +74,7 @@ std::array<Kind, MixedFilter::models> kinds(double departure, double noise) {
     }
     all[n++] = {{3, moves, 75 * d, two_near(10), sharp}, weight_calm};
   }
+  // Quick tremors of 13 and 16 Hz would show those of 12 to 18 Hz better, but a calm hand trembling at 7 Hz worse.
   all[n++] = {{3, 0.1 * d, 60 * d, two_near(19), sharp}, weight_quick, slow_of_quick_tremor * d};
   for (const double broad : {10 * d, 40 * d, 160 * d}) {
     all[n++] = {{3, 0.25 * d, broad, {6, 20}, flat}, weight_quick, slow_of_broad * d};
