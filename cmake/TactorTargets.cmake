@@ -154,26 +154,41 @@ function(tactor_profiles kind)
   install(FILES ${profiles} DESTINATION ${CMAKE_INSTALL_DATADIR}/tactor/profiles/${kind})
 endfunction()
 
-# tactor_test(NAME SOURCES ... [LIBS ...] [NOT_PRECOMPILED]): a Boost.Test executable that ctest runs as NAME. NOT_PRECOMPILED
-# is for sources whose libraries ask for further compiler options.
-function(tactor_test name)
-  cmake_parse_arguments(ARG "NOT_PRECOMPILED" "" "SOURCES;LIBS" ${ARGN})
+# tactor_test_program(NAME [SOURCES ...] [LIBS ...]): test_NAME, the program of all Boost.Test suites of the caller's folder, to which
+# tactor_test adds. SOURCES are no suites.
+function(tactor_test_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_executable(test_${name} ${ARG_SOURCES})
-  # A test names what it needs as it likes, whatever another does.
-  set_target_properties(test_${name} PROPERTIES UNITY_BUILD OFF)
   target_link_libraries(test_${name} PRIVATE test_main ${ARG_LIBS})
-  if(NOT ARG_NOT_PRECOMPILED)
-    tactor_use_precompiled(test_${name} test_precompiled)
-  endif()
+  tactor_use_precompiled(test_${name} test_precompiled)
   foreach(plugin tactor_cgal tactor_meshing tactor_suitesparse)
     if(TARGET ${plugin})
       add_dependencies(test_${name} ${plugin})
     endif()
   endforeach()
   set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  add_test(NAME ${name} COMMAND test_${name} --color_output=no)
+  add_dependencies(quick_tests test_${name})
+  set(test_program test_${name} PARENT_SCOPE)
+endfunction()
+
+# tactor_test(NAME [SOURCES FILE_test.cpp...]): what ctest runs as NAME: the suites of these files, by default of NAME_test.cpp, in the
+# folder's program. A file has one suite, which has the file's name, so that what helps it is no other file's.
+function(tactor_test name)
+  cmake_parse_arguments(ARG "" "" "SOURCES" ${ARGN})
+  if(NOT ARG_SOURCES)
+    set(ARG_SOURCES ${name}_test.cpp)
+  endif()
+  target_sources(${test_program} PRIVATE ${ARG_SOURCES})
+  list(TRANSFORM ARG_SOURCES REPLACE "\\.cpp$" "")
+  tactor_suite_test(${name} ${test_program} ${ARG_SOURCES})
+endfunction()
+
+# tactor_suite_test(NAME PROGRAM SUITE...): what ctest runs as NAME: suites of a program.
+function(tactor_suite_test name program)
+  list(JOIN ARGN "," suites)
+  add_test(NAME ${name} COMMAND ${program} --run_test=${suites} --color_output=no)
   # What tests keep in the cache is not the user's.
-  set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 PROCESSORS 2 ENVIRONMENT TACTOR_CACHE=${CMAKE_BINARY_DIR}/tests/cache)
+  set_tests_properties(${name} PROPERTIES LABELS quick SKIP_RETURN_CODE 77 PROCESSORS 2 ENVIRONMENT TACTOR_CACHE=${CMAKE_BINARY_DIR}/tests/cache)
 endfunction()
 
 # tactor_waiting_tests(NAME...): tests that mostly wait, so that more of them run at once.
@@ -181,8 +196,13 @@ function(tactor_waiting_tests)
   set_tests_properties(${ARGN} PROPERTIES PROCESSORS 1)
 endfunction()
 
-# tactor_live_tests(NAME... [QUIET NAME...]): tests in real time, which mostly wait, so that `scripts/test` runs several at once.
-# Where live tests alone failed, it runs them once more. Those after QUIET measure times, and run alone.
+# tactor_thorough_tests(NAME...): tests that `scripts/test --all` alone runs.
+function(tactor_thorough_tests)
+  set_property(TEST ${ARGN} APPEND PROPERTY LABELS all)
+endfunction()
+
+# tactor_live_tests(NAME... [QUIET NAME...]): tests in real time. They mostly wait, so that `scripts/test` runs several at once; it
+# tries each up to three times. Those after QUIET measure times, and run alone.
 function(tactor_live_tests)
   cmake_parse_arguments(ARG "" "" "QUIET" ${ARGN})
   tactor_waiting_tests(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET})

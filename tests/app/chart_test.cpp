@@ -8,6 +8,8 @@
 #include <utility>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(chart_test)
+
 using namespace tactor;
 
 BOOST_AUTO_TEST_CASE(a_name_in_backticks_is_drawn_and_not_run) {
@@ -65,3 +67,5 @@ BOOST_AUTO_TEST_CASE(a_figure_tells_the_script_of_the_page_where_its_axes_are) {
   chart.curves.front().y_low = chart.curves.front().y_high = chart.curves.front().y;
   BOOST_TEST(chart_figure({chart}, 400, 200).find("data-charts") == std::string::npos);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -15,6 +15,8 @@
 #include "app/study/run/bytes.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(cluster_shard_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -375,3 +377,5 @@ BOOST_FIXTURE_TEST_CASE(a_plan_is_read_as_it_was_written_or_refused, Fixture) {
   fs::remove(folder.plan());
   BOOST_TEST(refusal().find("found no file") != std::string::npos);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

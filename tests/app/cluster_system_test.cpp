@@ -8,6 +8,8 @@
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(cluster_system_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -168,3 +170,5 @@ BOOST_AUTO_TEST_CASE(states_of_jobs_are_counted) {
   system.most_tasks = {"echo", "many"};
   BOOST_CHECK_THROW(most_tasks_of_array(system), RunError);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

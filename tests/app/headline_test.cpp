@@ -5,6 +5,8 @@
 #include <limits>
 #include <string>
 
+BOOST_AUTO_TEST_SUITE(headline_test)
+
 using namespace tactor;
 
 namespace {
@@ -54,3 +56,5 @@ BOOST_AUTO_TEST_CASE(all_that_is_felt_is_told_with_where_and_how_much) {
 BOOST_AUTO_TEST_CASE(a_run_without_a_reference_says_nothing_of_it) {
   BOOST_TEST(felt({none, none, none, none, none}).empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -12,6 +12,8 @@
 #include "framework/graph/plan.hpp"
 #include "framework/node/declare.hpp"
 
+BOOST_AUTO_TEST_SUITE(lean_measure_test)
+
 using namespace tactor;
 
 namespace {
@@ -184,3 +186,5 @@ BOOST_FIXTURE_TEST_CASE(a_run_that_is_interrupted_ends_there, Fixture) {
   options.measure.interrupted = [] { return true; };
   BOOST_CHECK_THROW(make_lean(graph, registry, options), Interrupted);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

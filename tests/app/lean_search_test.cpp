@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(lean_search_test)
+
 using namespace tactor;
 
 namespace {
@@ -188,3 +190,5 @@ BOOST_AUTO_TEST_CASE(a_saving_that_another_look_does_not_find_is_none) {
   BOOST_TEST(taken(path) == (Names{"b1"}), boost::test_tools::per_element());
   BOOST_TEST(looks_at_a >= 2);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -21,6 +21,8 @@
 #include "framework/session/follower.hpp"
 #include "framework/session/session.hpp"
 
+BOOST_AUTO_TEST_SUITE(live_session_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -364,3 +366,5 @@ BOOST_AUTO_TEST_CASE(a_reference_beside_a_live_run_costs_its_loop_nothing,
   BOOST_TEST(found.error.rms_N < 0.12);
   BOOST_TEST(found.error.until.seconds() <= 4);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -3,6 +3,8 @@
 
 #include <boost/test/unit_test.hpp>
 
+BOOST_AUTO_TEST_SUITE(live_test)
+
 using namespace tactor;
 
 BOOST_AUTO_TEST_CASE(latencies_are_written_by_device_and_edge_with_their_counts) {
@@ -40,3 +42,5 @@ BOOST_AUTO_TEST_CASE(figures_that_are_not_whole_keep_no_counts) {
   BOOST_TEST(metrics_of(h, false).count == 1U);
   BOOST_TEST(metrics_of(h, true).counts.size() == 1U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

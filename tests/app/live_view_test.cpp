@@ -7,6 +7,8 @@
 
 #include "framework/node/declare.hpp"
 
+BOOST_AUTO_TEST_SUITE(live_view_test)
+
 using namespace tactor;
 
 namespace {
@@ -183,3 +185,5 @@ BOOST_AUTO_TEST_CASE(a_blind_run_shows_nothing_that_a_method_makes) {
   f.has("wake-up", {"31", "412"});
   f.has("ticks", {"1499", "missed 7"});
 }
+
+BOOST_AUTO_TEST_SUITE_END()

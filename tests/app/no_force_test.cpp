@@ -23,6 +23,8 @@
 #include "framework/node/registry.hpp"
 #include "framework/realtime/declare_device.hpp"
 
+BOOST_AUTO_TEST_SUITE(no_force_test)
+
 using namespace tactor;
 
 namespace {
@@ -365,3 +367,5 @@ BOOST_AUTO_TEST_CASE(a_dead_man_button_that_the_device_lacks_is_refused_at_its_p
     if (!said.empty()) BOOST_TEST(said.find("graph.yaml:9:") != std::string::npos);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

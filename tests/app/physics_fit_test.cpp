@@ -10,6 +10,8 @@
 #include "framework/node/declare.hpp"
 #include "framework/node/registry.hpp"
 
+BOOST_AUTO_TEST_SUITE(physics_fit_test)
+
 using namespace tactor;
 
 namespace {
@@ -90,3 +92,5 @@ BOOST_AUTO_TEST_CASE(physics_that_goes_on_is_measured) {
   BOOST_TEST(fit->not_measured == "");
   BOOST_TEST(fit->nodes.size() == 1U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

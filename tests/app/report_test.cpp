@@ -12,6 +12,8 @@
 #include "app/study/report/verdict.hpp"
 #include "framework/core/stability.hpp"
 
+BOOST_AUTO_TEST_SUITE(report_test)
+
 using namespace tactor;
 
 namespace {
@@ -260,3 +262,5 @@ BOOST_AUTO_TEST_CASE(a_script_comes_with_charts_alone_and_is_small) {
   says(charts, "prefers-color-scheme: dark");
   BOOST_TEST(charts.size() - plain.size() < 8192U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

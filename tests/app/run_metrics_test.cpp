@@ -13,6 +13,8 @@
 #include "framework/node/declare.hpp"
 #include "framework/node/registry.hpp"
 
+BOOST_AUTO_TEST_SUITE(run_metrics_test)
+
 using namespace tactor;
 
 namespace {
@@ -277,3 +279,5 @@ BOOST_AUTO_TEST_CASE(tables_show_units_and_directions) {
   BOOST_TEST(direction_mark(Better::lower) == " ↓");
   BOOST_TEST(direction_mark(Better::neither) == "");
 }
+
+BOOST_AUTO_TEST_SUITE_END()

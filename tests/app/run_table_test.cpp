@@ -12,6 +12,8 @@
 
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(run_table_test)
+
 using namespace tactor;
 
 namespace {
@@ -160,3 +162,5 @@ BOOST_AUTO_TEST_CASE(a_file_that_is_no_table_is_refused) {
   BOOST_TEST(refusal(file, TableMode::resume, identity, names).find("it holds no runs of a study") !=
              std::string::npos);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -11,6 +11,8 @@
 
 #include "app/base64.hpp"
 
+BOOST_AUTO_TEST_SUITE(scene_picture_test)
+
 using namespace tactor;
 
 namespace {
@@ -153,3 +155,5 @@ BOOST_AUTO_TEST_CASE(bytes_become_the_text_of_the_rfc) {
                                                                {std::string("\xff\xfe\x00", 3), "//4A"}};
   for (const auto& [bytes, text] : known) BOOST_TEST(base64(bytes) == text);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

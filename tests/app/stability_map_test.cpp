@@ -7,6 +7,8 @@
 
 #include "tests/framework/graph/test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(stability_map_test)
+
 using namespace tactor;
 
 namespace {
@@ -111,3 +113,5 @@ BOOST_AUTO_TEST_CASE(outputs_to_record_are_looked_for_in_the_graphs) {
     BOOST_TEST(errors.find(text) != std::string::npos, text << " in " << errors);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

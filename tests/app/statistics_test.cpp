@@ -11,6 +11,8 @@
 #include <set>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(statistics_test)
+
 using namespace tactor;
 
 namespace {
@@ -322,3 +324,5 @@ BOOST_AUTO_TEST_CASE(one_population_is_not_split) {
     BOOST_TEST(split(20, width) < 0.001);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

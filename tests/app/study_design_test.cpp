@@ -8,6 +8,8 @@
 #include "app/study/spec/study_spec.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(study_design_test)
+
 using namespace tactor;
 
 namespace {
@@ -157,3 +159,5 @@ BOOST_AUTO_TEST_CASE(bad_ranges_designs_and_reports_are_refused_with_their_place
   refused("vary: {way: {swap: {}}}\n", "expected a map of names to what is laid over the graph, found an empty map");
   refused("metrics: [a, a]\n", "expected different names, found a again");
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 #include "app/study/run/bytes.hpp"
 #include "framework/core/check.hpp"
 
+BOOST_AUTO_TEST_SUITE(study_job_test)
+
 using namespace tactor;
 
 namespace {
@@ -126,3 +128,5 @@ BOOST_AUTO_TEST_CASE(a_byte_that_is_neither_true_nor_false_is_refused) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -14,6 +14,8 @@
 #include "app/study/report/work_precision.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(study_test)
+
 using namespace tactor;
 
 namespace {
@@ -564,3 +566,5 @@ BOOST_AUTO_TEST_CASE(rows_are_judged_over_the_seeds_that_both_have) {
   BOOST_TEST(table.find("2 of 3 seeds") != std::string::npos, table);
   BOOST_TEST(table.find("3.50") != std::string::npos, table);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

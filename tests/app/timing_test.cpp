@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(timing_test)
+
 using namespace tactor;
 
 BOOST_AUTO_TEST_CASE(repeats_spread_by_longest_less_shortest_over_their_median) {
@@ -53,3 +55,5 @@ BOOST_AUTO_TEST_CASE(runs_without_repeats_say_so_and_no_runs_say_nothing) {
   const TimingNote loud = timing_note(std::vector<double>{100, 200}, none, warmed_up(1), "");
   BOOST_TEST(lines_of(loud, "  ") == "\n  " + loud.text + "\n  " + loud.warning + "\n");
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(work_precision_test)
+
 using namespace tactor;
 
 BOOST_AUTO_TEST_CASE(a_front_holds_what_nothing_undercuts) {
@@ -238,3 +240,5 @@ BOOST_AUTO_TEST_CASE(a_run_time_that_is_not_shown_has_no_front) {
   const WorkPrecision found = work_precision(two_methods({}, StudyTime::tick));
   BOOST_CHECK(front_of(found.graphs[0].points) == std::vector<bool>(4, false));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

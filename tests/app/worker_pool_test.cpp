@@ -17,6 +17,8 @@
 
 #include "framework/core/check.hpp"
 
+BOOST_AUTO_TEST_SUITE(worker_pool_test)
+
 using namespace tactor;
 
 namespace {
@@ -218,3 +220,5 @@ BOOST_AUTO_TEST_CASE(a_failure_of_the_caller_ends_the_workers) {
   BOOST_TEST(kill(process, 0) == -1);
   BOOST_TEST(waitpid(-1, nullptr, WNOHANG) == -1);  // no child is left
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -203,10 +203,8 @@ class Badge(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
-    def test_what_passed_when_it_was_run_once_more_has_passed(self):
-        first, again = self.write("first.xml", 10, 2, 1), self.write("again.xml", 2, 0, 0)
-        self.assertEqual(badge.counted(first), (7, 2, 1))
-        self.assertEqual(badge.counted(first, again), (9, 0, 1))
+    def test_both_halves_of_a_run_are_counted(self):
+        self.assertEqual(badge.counted(self.write("tests.xml", 10, 2, 1), self.write("tests_live.xml", 3, 1, 0)), (9, 3, 1))
         self.assertEqual(badge.words(7, 2, 1), "7 passed, 2 failed, 1 skipped")
 
     def test_the_picture_is_one_and_says_it(self):

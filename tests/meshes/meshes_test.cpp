@@ -10,6 +10,8 @@
 #include "nodes/physics/mesh/mass_properties.hpp"
 #include "nodes/physics/mesh/solid_file.hpp"
 
+BOOST_AUTO_TEST_SUITE(meshes_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -72,3 +74,5 @@ BOOST_AUTO_TEST_CASE(the_peg_stands_in_the_hole_with_half_a_millimetre_around_it
   for (const Vec3& v : plate.vertices) hole_radius = std::min(hole_radius, std::hypot(v.x, v.y));
   BOOST_TEST(hole_radius - peg_radius == 0.0005, tt::tolerance(1e-9));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

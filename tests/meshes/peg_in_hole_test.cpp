@@ -5,6 +5,8 @@
 #include "nodes/dynamics/rigid.hpp"
 #include "tests/nodes/defaults.hpp"
 
+BOOST_AUTO_TEST_SUITE(peg_in_hole_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -115,3 +117,5 @@ BOOST_AUTO_TEST_CASE(a_peg_slides_along_the_hole_without_force) {
   BOOST_TEST(s.contacts == 0);
   BOOST_TEST(s.X_WT.p.z == 0.008, tt::tolerance(1e-3));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -4,6 +4,8 @@
 #include "nodes/physics/mesh/solid_file.hpp"
 #include "tests/nodes/physics/mesh/covering.hpp"
 
+BOOST_AUTO_TEST_SUITE(sampling_test)
+
 using namespace tactor;
 
 namespace {
@@ -40,3 +42,5 @@ BOOST_AUTO_TEST_CASE(slivers_of_the_plate_do_not_multiply_its_samples) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -5,6 +5,8 @@
 #include "nodes/physics/mesh/body_volume.hpp"
 #include "tests/nodes/physics/mesh/volume_checks.hpp"
 
+BOOST_AUTO_TEST_SUITE(volumes_test)
+
 using namespace tactor;
 
 namespace {
@@ -56,3 +58,5 @@ BOOST_AUTO_TEST_CASE(the_peg_and_the_plate_keep_their_edges) {
   check_filled("peg", 2000, 0.03);
   check_filled("plate", 5000, 0.01);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

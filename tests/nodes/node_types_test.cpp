@@ -13,6 +13,8 @@
 #include "framework/node/registry.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(node_types_test)
+
 using namespace tactor;
 
 namespace {
@@ -319,3 +321,5 @@ BOOST_FIXTURE_TEST_CASE(the_unit_in_a_metrics_name_is_the_one_declared, Fixture)
   }
   BOOST_TEST(found > 30U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -11,6 +11,8 @@
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
 
+BOOST_AUTO_TEST_SUITE(mouse_graph_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -95,3 +97,5 @@ BOOST_AUTO_TEST_CASE(a_graph_without_a_device_or_with_two_is_refused) {
     return std::string(error.what()).find("device and other") != std::string::npos;
   });
 }
+
+BOOST_AUTO_TEST_SUITE_END()

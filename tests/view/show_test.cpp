@@ -13,6 +13,8 @@
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
 
+BOOST_AUTO_TEST_SUITE(show_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -145,3 +147,5 @@ BOOST_AUTO_TEST_CASE(a_page_gets_all_vertices_of_all_bodies_that_deform_and_sees
   // Sets come in the order of their times, no two at one time.
   for (std::size_t i = 1; i < sets.size(); ++i) BOOST_TEST(sets[i].time > sets[i - 1].time);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

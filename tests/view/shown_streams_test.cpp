@@ -15,6 +15,8 @@
 #include "nodes/physics/mesh/deformed_surfaces.hpp"
 #include "nodes/physics/mesh/tet_topology.hpp"
 
+BOOST_AUTO_TEST_SUITE(shown_streams_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -184,3 +186,5 @@ BOOST_AUTO_TEST_CASE(a_delay_is_the_age_of_the_sample_behind_a_result) {
   stream(streams, "delay").add(stamp, &wrench, rows);
   BOOST_TEST(rows.values.at(0) == 0.02F);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -5,6 +5,8 @@
 
 #include "devices/falcon/delta_arm.hpp"
 
+BOOST_AUTO_TEST_SUITE(falcon_arm_test)
+
 using namespace tactor;
 
 namespace {
@@ -136,3 +138,5 @@ BOOST_AUTO_TEST_CASE(every_count_gives_a_finite_place_or_none) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -12,6 +12,8 @@
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(falcon_link_test)
+
 using namespace tactor;
 
 namespace {
@@ -223,3 +225,5 @@ BOOST_AUTO_TEST_CASE(a_file_that_can_be_no_firmware_is_refused_by_name) {
   std::ofstream(good, std::ios::binary) << std::string(4000, 'x');
   BOOST_TEST(read_falcon_firmware(good).size() == 4000U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

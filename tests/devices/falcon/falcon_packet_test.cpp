@@ -6,6 +6,8 @@
 
 #include "devices/falcon/packet.hpp"
 
+BOOST_AUTO_TEST_SUITE(falcon_packet_test)
+
 using namespace tactor;
 
 namespace {
@@ -105,3 +107,5 @@ BOOST_AUTO_TEST_CASE(a_whole_packet_after_a_cut_one_is_found) {
     BOOST_TEST(stream.stray() == cut);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -18,6 +18,8 @@
 #include "devices/hardware/claim.hpp"
 #include "devices/hardware/serial_ports.hpp"
 
+BOOST_AUTO_TEST_SUITE(claim_test)
+
 using namespace tactor;
 
 namespace {
@@ -90,7 +92,7 @@ BOOST_AUTO_TEST_CASE(what_one_process_has_another_does_not_get_until_the_first_i
     BOOST_TEST(why.find("in use by process " + std::to_string(other.pid()) + " (") == 0U, why);
   }
   // The command, as it was started.
-  BOOST_TEST(why.find("test_hardware_claim") != std::string::npos, why);
+  BOOST_TEST(why.find("test_devices_hardware") != std::string::npos, why);
   BOOST_TEST(ours.take(name + " beside it", why), why);
   other.end();
   BOOST_TEST(ours.take(name, why), why);
@@ -171,3 +173,5 @@ BOOST_AUTO_TEST_CASE(a_port_that_may_not_be_opened_names_the_group_that_may) {
   close(ends[0]);
   close(ends[1]);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -26,6 +26,8 @@
 
 #include "devices/hardware/claim.hpp"
 
+BOOST_AUTO_TEST_SUITE(device_descriptors_test)
+
 using namespace tactor;
 
 namespace {
@@ -222,3 +224,5 @@ BOOST_AUTO_TEST_CASE(a_fork_while_devices_are_opened_and_closed_gets_none) {
   BOOST_TEST(leaked == 0);
   BOOST_TEST(opened > forks / 10);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 #include "devices/hardware/serial_ports.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(device_files_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -73,3 +75,5 @@ BOOST_AUTO_TEST_CASE(serial_ports_with_hardware_behind_them_are_listed) {
   BOOST_TEST(ports[1].adapter == "FTDI Adapter (0403:6001)");
   BOOST_TEST(ports[1].may_open);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 #include "tests/devices/hardware/scripted_link.hpp"
 #include "tests/nodes/defaults.hpp"
 
+BOOST_AUTO_TEST_SUITE(hardware_device_test)
+
 using namespace tactor;
 using tactor::test::eventually;
 using tactor::test::LinkScript;
@@ -246,3 +248,5 @@ BOOST_AUTO_TEST_CASE(a_reference_run_follows_the_states_and_drives_nothing) {
   BOOST_TEST(std::abs(static_cast<const DeviceState*>(device.state.pending_value(0))->X_WD.p.z - 0.02) < 2e-6);
   BOOST_TEST(unused.attempts == 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 #include "devices/hardware/link_runner.hpp"
 #include "tests/devices/hardware/scripted_link.hpp"
 
+BOOST_AUTO_TEST_SUITE(link_runner_test)
+
 using namespace tactor;
 using tactor::test::eventually;
 using tactor::test::LinkScript;
@@ -214,3 +216,5 @@ BOOST_AUTO_TEST_CASE(a_line_that_sets_the_pace_goes_ahead_of_the_deadlines_by_on
     if (sets_pace) BOOST_TEST(second.count() < 0.4);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

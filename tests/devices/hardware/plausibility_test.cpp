@@ -6,6 +6,8 @@
 #include "devices/hardware/workspace.hpp"
 #include "framework/core/check.hpp"
 
+BOOST_AUTO_TEST_SUITE(plausibility_test)
+
 using namespace tactor;
 using Verdict = Plausibility::Verdict;
 
@@ -111,3 +113,5 @@ BOOST_AUTO_TEST_CASE(a_workspace_keeps_the_power_where_both_scales_agree) {
   BOOST_TEST(std::abs(work_W - work_B) < 1e-15);
   BOOST_TEST(std::abs(work_W) > 1e-3);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -14,6 +14,8 @@
 #include "devices/modbus/emulator/server.hpp"
 #include "tests/devices/modbus/loopback.hpp"
 
+BOOST_AUTO_TEST_SUITE(dead_line_test)
+
 using namespace tactor;
 using namespace tactor::modbus;
 
@@ -210,3 +212,5 @@ BOOST_AUTO_TEST_CASE(an_answer_of_an_earlier_session_is_never_taken_for_one_of_t
     BOOST_TEST(good == 10);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -16,6 +16,8 @@
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(emulator_test)
+
 using namespace tactor;
 using namespace tactor::modbus;
 
@@ -172,3 +174,5 @@ BOOST_AUTO_TEST_CASE(a_link_never_takes_the_place_of_a_file) {
   }
   BOOST_TEST(std::filesystem::is_regular_file(link));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

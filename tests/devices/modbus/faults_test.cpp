@@ -10,6 +10,8 @@
 #include "devices/modbus/emulator/server.hpp"
 #include "devices/modbus/modbus_link.hpp"
 
+BOOST_AUTO_TEST_SUITE(faults_test)
+
 using namespace tactor;
 using namespace tactor::modbus;
 
@@ -430,3 +432,5 @@ BOOST_AUTO_TEST_CASE(the_other_profiles_run_against_their_emulators) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

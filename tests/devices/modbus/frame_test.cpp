@@ -5,6 +5,8 @@
 #include "devices/modbus/emulator/request.hpp"
 #include "devices/modbus/frame.hpp"
 
+BOOST_AUTO_TEST_SUITE(frame_test)
+
 using namespace tactor;
 using namespace tactor::modbus;
 
@@ -188,3 +190,5 @@ BOOST_AUTO_TEST_CASE(a_write_of_more_words_than_it_brings_is_refused_and_writes_
     BOOST_TEST(device.state().commands == 0U);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

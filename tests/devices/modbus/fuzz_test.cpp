@@ -22,6 +22,8 @@
 #include "devices/modbus/client.hpp"
 #include "tests/devices/modbus/loopback.hpp"
 
+BOOST_AUTO_TEST_SUITE(fuzz_test)
+
 using namespace tactor;
 using namespace tactor::modbus;
 
@@ -462,3 +464,5 @@ BOOST_AUTO_TEST_CASE(mutated_register_maps_are_read_or_refused_with_a_place) {
   BOOST_TEST(read > 0);
   BOOST_TEST(refused > 1000);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

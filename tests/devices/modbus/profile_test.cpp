@@ -12,6 +12,8 @@
 #include "framework/core/temporary_folder.hpp"
 #include "tests/nodes/defaults.hpp"
 
+BOOST_AUTO_TEST_SUITE(profile_test)
+
 using namespace tactor;
 using namespace tactor::modbus;
 
@@ -481,3 +483,5 @@ BOOST_AUTO_TEST_CASE(an_address_is_the_same_whatever_name_it_goes_by) {
   BOOST_TEST(names("rtu:/dev/null") != names("rtu:/dev/zero"));
   BOOST_TEST(names("rtu:/dev/none").empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -4,6 +4,8 @@
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 
+BOOST_AUTO_TEST_SUITE(cursor_filter_test)
+
 using namespace tactor;
 
 namespace {
@@ -70,3 +72,5 @@ BOOST_AUTO_TEST_CASE(without_rotation_the_orientation_stays) {
   BOOST_TEST((filter.state().X.R == Quat{}));
   BOOST_TEST(norm(filter.state().V.w) == 0.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,8 +8,10 @@
 #include "devices/mouse/mouse.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/segment.hpp"
-#include "tests/framework/realtime/allocation_count.hpp"
+#include "framework/realtime/allocation_watch.hpp"
 #include "tests/nodes/defaults.hpp"
+
+BOOST_AUTO_TEST_SUITE(mouse_test)
 
 using namespace tactor;
 
@@ -165,12 +167,14 @@ BOOST_AUTO_TEST_CASE(a_cursor_that_is_no_pose_is_a_fault_without_force) {
 BOOST_AUTO_TEST_CASE(ticks_allocate_nothing) {
   Bench bench;
   bench.hold(0.1, {}, true);
-  const std::uint64_t before = test::allocations();
+  const std::int64_t before = thread_heap_calls();
   bench.hold(0.2, {0.01, 0, 0}, true);
-  BOOST_TEST(test::allocations() == before);
+  BOOST_TEST(thread_heap_calls() == before);
 }
 
 BOOST_AUTO_TEST_CASE(a_handle_that_may_be_faster_than_the_gate_lets_it_is_refused) {
   BOOST_CHECK_THROW(Bench({{"follow_speed", 3.0}}), InputError);
   BOOST_CHECK_THROW(Bench({{"follow_angular_speed", 40.0}}), InputError);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

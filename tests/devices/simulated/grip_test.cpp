@@ -9,6 +9,8 @@
 #include "tests/devices/simulated/bench.hpp"
 #include "tests/devices/simulated/stored_energy.hpp"
 
+BOOST_AUTO_TEST_SUITE(grip_test)
+
 using namespace tactor;
 
 namespace {
@@ -286,3 +288,5 @@ BOOST_AUTO_TEST_CASE(a_hand_without_mass_in_a_grip_is_refused) {
   test::Bench({{"hand_mass", 0.0}, {"hand_inertia", 0.0}});
   test::Bench({{"hand_mass", 1e-3}, {"grip_damping", 1.0}, {"hand_inertia", 1e-7}, {"grip_damping_angle", 1e-3}});
 }
+
+BOOST_AUTO_TEST_SUITE_END()

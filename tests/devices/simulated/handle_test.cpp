@@ -4,6 +4,8 @@
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 
+BOOST_AUTO_TEST_SUITE(handle_test)
+
 using namespace tactor;
 
 namespace {
@@ -150,3 +152,5 @@ BOOST_AUTO_TEST_CASE(interpolation_meets_both_ends_with_their_velocities) {
     BOOST_TEST(norm(to_rotation_vector(after.X.R * inverse(before.X.R)) / (2 * h * dt) - at.V.w) < 1e-3);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -5,6 +5,8 @@
 
 #include "devices/simulated/handle.hpp"
 
+BOOST_AUTO_TEST_SUITE(ideal_handle_test)
+
 using namespace tactor;
 
 namespace {
@@ -106,3 +108,5 @@ BOOST_AUTO_TEST_CASE(with_every_part_off_the_handle_moves_as_the_ideal_body_to_t
   }
   BOOST_TEST(norm(ideal.V.v) < 1e-5);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 #include "devices/simulated/handle.hpp"
 #include "devices/simulated/line_delay.hpp"
 
+BOOST_AUTO_TEST_SUITE(parts_test)
+
 using namespace tactor;
 
 namespace {
@@ -289,3 +291,5 @@ BOOST_AUTO_TEST_CASE(a_delay_is_the_nearest_whole_number_of_ticks) {
   BOOST_TEST(delay_in_ticks(0.0016, 1000) == 2U);
   BOOST_TEST(delay_in_ticks(0.0016, 10000) == 16U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

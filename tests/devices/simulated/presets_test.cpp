@@ -10,6 +10,8 @@
 #include "framework/node/declare.hpp"
 #include "framework/node/registry.hpp"
 
+BOOST_AUTO_TEST_SUITE(presets_test)
+
 using namespace tactor;
 
 namespace {
@@ -104,3 +106,5 @@ BOOST_AUTO_TEST_CASE(free_in_the_air_a_device_accelerates_by_its_mass_below_its_
     BOOST_TEST(acceleration_response_dB(device, 3 * params.mode_frequency, ResponsePoint::handle) < low - 10);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

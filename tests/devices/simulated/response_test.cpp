@@ -9,6 +9,8 @@
 #include "devices/simulated/handle.hpp"
 #include "tests/devices/simulated/bench.hpp"
 
+BOOST_AUTO_TEST_SUITE(response_test)
+
 using namespace tactor;
 
 namespace {
@@ -171,3 +173,5 @@ BOOST_AUTO_TEST_CASE(the_device_at_one_kilohertz_answers_within_half_a_decibel_u
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 #include "devices/simulated/handle.hpp"
 #include "devices/simulated/mass_chain.hpp"
 
+BOOST_AUTO_TEST_SUITE(step_cache_test)
+
 using namespace tactor;
 
 namespace {
@@ -65,3 +67,5 @@ BOOST_AUTO_TEST_CASE(a_handle_falls_into_its_hand_by_the_closed_form_over_ticks_
     BOOST_REQUIRE(std::abs(handle.state().X.p.y - x) < 1e-12);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

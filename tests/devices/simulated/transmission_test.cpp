@@ -9,6 +9,8 @@
 #include "devices/simulated/mass_chain.hpp"
 #include "tests/devices/simulated/stored_energy.hpp"
 
+BOOST_AUTO_TEST_SUITE(transmission_test)
+
 using namespace tactor;
 
 namespace {
@@ -213,3 +215,5 @@ BOOST_AUTO_TEST_CASE(extreme_constants_stay_finite_and_bounded) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 
 #include "devices/usb/report_layout.hpp"
 
+BOOST_AUTO_TEST_SUITE(report_layout_test)
+
 using namespace tactor;
 
 namespace {
@@ -99,3 +101,5 @@ BOOST_AUTO_TEST_CASE(a_million_random_reports_read_within_the_bounds_of_their_ty
     BOOST_TEST_REQUIRE(f.read(again) == value);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -18,6 +18,8 @@
 #include "devices/usb/usb_link.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(usb_fuzz_test)
+
 using namespace tactor;
 
 namespace {
@@ -190,3 +192,5 @@ BOOST_AUTO_TEST_CASE(reports_of_any_size_and_content_are_read_right_or_refused) 
   withdraw(node);
   for (const long count : {good, faulty, wrong_size, too_long, silent}) BOOST_TEST(count > 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -12,6 +12,8 @@
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(usb_link_test)
+
 using namespace tactor;
 
 namespace {
@@ -352,3 +354,5 @@ BOOST_AUTO_TEST_CASE(a_record_counts_for_one_device_and_where_it_is_whole) {
   store.forget("a");
   BOOST_TEST(!store.find("a", 3).has_value());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

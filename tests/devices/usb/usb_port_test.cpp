@@ -12,6 +12,8 @@
 #include "devices/usb/emulator/interposition.hpp"
 #include "devices/usb/usb_port.hpp"
 
+BOOST_AUTO_TEST_SUITE(usb_port_test)
+
 using namespace tactor;
 
 namespace {
@@ -238,3 +240,5 @@ BOOST_FIXTURE_TEST_CASE(a_device_that_is_not_there_is_named, Setting) {
   BOOST_TEST(bus.open({0xfffe, 0xfffd, "", ""}, why) == nullptr);
   BOOST_TEST(why.find("fffe:fffd") != std::string::npos, why);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -14,6 +14,8 @@
 #include "framework/yaml/diagnostics.hpp"
 #include "framework/yaml/file_finder.hpp"
 
+BOOST_AUTO_TEST_SUITE(usb_profile_test)
+
 using namespace tactor;
 
 namespace {
@@ -236,3 +238,5 @@ BOOST_AUTO_TEST_CASE(faults_come_one_after_another) {
   BOOST_TEST(std::abs(frames - 4) <= 1);
   for (int i = 0; i < 100; ++i) BOOST_TEST(!script.advance(1, true, true, fault));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -6,6 +6,8 @@
 
 #include "devices/usb/emulator/usbip.hpp"
 
+BOOST_AUTO_TEST_SUITE(usbip_test)
+
 using namespace tactor;
 
 namespace {
@@ -302,3 +304,5 @@ BOOST_AUTO_TEST_CASE(random_bytes_and_headers_with_a_wrong_number_end_or_are_ans
   BOOST_TEST(refused > 500);
   BOOST_TEST(answered > 100);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -5,6 +5,8 @@
 
 #include "devices/usb/wooden_arm.hpp"
 
+BOOST_AUTO_TEST_SUITE(wooden_arm_test)
+
 using namespace tactor;
 
 namespace {
@@ -79,3 +81,5 @@ BOOST_AUTO_TEST_CASE(torques_do_the_work_of_the_force) {
     }
   });
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 
 #include "framework/core/messages.hpp"
 
+BOOST_AUTO_TEST_SUITE(between_samples_test)
+
 using namespace tactor;
 
 namespace {
@@ -68,3 +70,5 @@ BOOST_AUTO_TEST_CASE(the_share_of_the_way_is_exact_to_rounding_for_times_of_nano
   BOOST_TEST(share_between(Time{7}, Time{11}, Time{8}) == 0.25);
   BOOST_TEST(share_between(Time{-2}, Time{2}, Time{0}) == 0.5);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -11,6 +11,8 @@
 #include "framework/core/disk_cache.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(disk_cache_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -208,3 +210,5 @@ BOOST_AUTO_TEST_CASE(threads_that_store_and_load_one_key_see_whole_entries) {
   }
   for (const int count : bad) BOOST_TEST(count == 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

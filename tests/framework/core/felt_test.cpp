@@ -9,6 +9,8 @@
 
 #include "framework/core/perception.hpp"
 
+BOOST_AUTO_TEST_SUITE(felt_test)
+
 using namespace tactor;
 
 namespace {
@@ -115,3 +117,5 @@ BOOST_AUTO_TEST_CASE(the_share_beyond_the_curve_is_judged_at_the_references_own_
   BOOST_TEST(share_beyond_weber(r, broken) == 0.25);
   BOOST_TEST(share_beyond_weber(Signal(), Signal()) == 0.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -6,6 +6,8 @@
 #include "framework/core/temporary_folder.hpp"
 #include "framework/yaml/file_finder.hpp"
 
+BOOST_AUTO_TEST_SUITE(file_lookup_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -131,3 +133,5 @@ BOOST_FIXTURE_TEST_CASE(a_file_name_is_found_in_every_folder_below_the_users_by_
              boost::test_tools::per_element());
   BOOST_TEST(names_in_folders("none.tune", kind).empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

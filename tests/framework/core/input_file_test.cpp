@@ -14,6 +14,8 @@
 #include "framework/core/input_file.hpp"
 #include "framework/core/temporary_folder.hpp"
 
+BOOST_AUTO_TEST_SUITE(input_file_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -82,3 +84,5 @@ BOOST_AUTO_TEST_CASE(refused_memory_becomes_an_error_that_names_the_file_and_its
       });
   BOOST_TEST(within_memory(path, [] { return 7; }) == 7);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

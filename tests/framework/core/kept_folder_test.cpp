@@ -17,6 +17,8 @@
 #include "framework/core/temporary_folder.hpp"
 #include "framework/core/user_folders.hpp"
 
+BOOST_AUTO_TEST_SUITE(kept_folder_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -225,3 +227,5 @@ BOOST_AUTO_TEST_CASE(no_variable_leads_into_the_folder_for_temporary_files) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

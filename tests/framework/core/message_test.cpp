@@ -12,6 +12,8 @@
 #include "framework/core/messages.hpp"
 #include "tests/scan_nodes/scan.hpp"
 
+BOOST_AUTO_TEST_SUITE(message_test)
+
 using namespace tactor;
 
 namespace {
@@ -177,3 +179,5 @@ BOOST_AUTO_TEST_CASE(threads_share_a_pool_and_no_array_is_given_out_twice) {
   BOOST_TEST(torn == 0);
   BOOST_TEST(free_arrays(pool) == 8U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <string>
 
+BOOST_AUTO_TEST_SUITE(perception_test)
+
 using namespace tactor;
 
 namespace {
@@ -70,3 +72,5 @@ BOOST_AUTO_TEST_CASE(a_held_handle_is_a_damper_at_low_and_its_own_mass_at_high_f
   BOOST_TEST(close(apparent_mass(20, 14.1 / (40 * pi)), std::sqrt(2.0) * 14.1 / (40 * pi)));
   BOOST_TEST(close(vibration_force_threshold(100, 0.2), vibration_threshold(100) * apparent_mass(100, 0.2)));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 
 #include "framework/core/check.hpp"
 
+BOOST_AUTO_TEST_SUITE(read_budget_test)
+
 using namespace tactor;
 
 namespace {
@@ -84,3 +86,5 @@ BOOST_AUTO_TEST_CASE(before_a_run_a_request_ends_all_reading_and_then_what_is_be
   for (int i = 0; i < 1'000'000; ++i) after.step();
   heed_while_reading(nullptr);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

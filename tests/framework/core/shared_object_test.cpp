@@ -3,6 +3,8 @@
 
 #include "framework/core/shared_object.hpp"
 
+BOOST_AUTO_TEST_SUITE(shared_object_test)
+
 using namespace tactor;
 
 BOOST_AUTO_TEST_CASE(an_object_is_made_once_while_somebody_holds_it_and_anew_afterwards) {
@@ -23,3 +25,5 @@ BOOST_AUTO_TEST_CASE(what_cannot_be_made_leaves_nothing_behind) {
   const auto made = shared_object("c", [] { return std::make_shared<const int>(7); });
   BOOST_TEST(*static_cast<const int*>(made.get()) == 7);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

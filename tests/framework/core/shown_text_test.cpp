@@ -9,6 +9,8 @@
 #include <iostream>
 #include <random>
 
+BOOST_AUTO_TEST_SUITE(shown_text_test)
+
 using namespace tactor;
 
 namespace {
@@ -153,3 +155,5 @@ BOOST_AUTO_TEST_CASE(a_character_that_is_written_in_two_pieces_stays_one) {
                std::fputs("\x9b!", stderr);
              }) == "\xe2\x86\x92\\u009b!");
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(signal_metrics_test)
+
 using namespace tactor;
 
 namespace {
@@ -215,3 +217,5 @@ BOOST_AUTO_TEST_CASE(a_ghost_is_what_still_pushes_when_what_is_late_has_passed) 
   BOOST_TEST(std::abs(after_loss(stays, r, 0.2, 200)->ghost - 0.2) < 1e-12);
   BOOST_TEST(after_loss(stays, r, 0.2, 200)->overshoot == 0.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

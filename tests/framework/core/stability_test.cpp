@@ -8,6 +8,8 @@
 #include <numbers>
 #include <string>
 
+BOOST_AUTO_TEST_SUITE(stability_test)
+
 using namespace tactor;
 
 namespace {
@@ -162,3 +164,5 @@ BOOST_AUTO_TEST_CASE(a_sequence_without_a_whole_period_has_no_frequency) {
   BOOST_TEST(oscillation_frequency(t, x) == 0.0);
   BOOST_TEST(oscillation_frequency({}, {}) == 0.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 #include <numeric>
 #include <random>
 
+BOOST_AUTO_TEST_SUITE(third_octaves_test)
+
 using namespace tactor;
 
 namespace {
@@ -99,3 +101,5 @@ BOOST_AUTO_TEST_CASE(constants_and_slow_changes_have_no_vibration) {
   BOOST_TEST(band_squares(Signal(), bands.front(), 1000).empty());
   BOOST_TEST(band_squares(Signal(1), bands.front(), 1000).size() == 1u);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

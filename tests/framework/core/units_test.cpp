@@ -6,6 +6,8 @@
 
 #include "framework/core/units.hpp"
 
+BOOST_AUTO_TEST_SUITE(units_test)
+
 using namespace tactor;
 
 namespace {
@@ -126,3 +128,5 @@ BOOST_AUTO_TEST_CASE(descriptions_read_back_as_the_same_dimension) {
     BOOST_TEST(unit->scale == 1.0);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -20,6 +20,8 @@
 #include "framework/core/temporary_folder.hpp"
 #include "framework/core/write_lock.hpp"
 
+BOOST_AUTO_TEST_SUITE(write_lock_test)
+
 namespace {
 int imposed = 0;        // errno of every lock; 0: the system answers
 int interruptions = 0;  // how often EINTR comes first
@@ -286,3 +288,5 @@ BOOST_AUTO_TEST_CASE(every_answer_of_the_system_means_one_thing) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

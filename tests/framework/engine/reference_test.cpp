@@ -13,6 +13,8 @@
 #include "framework/engine/virtual_clock.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(reference_test)
+
 using namespace tactor;
 using namespace tactor::sample;
 namespace fs = std::filesystem;
@@ -260,3 +262,5 @@ BOOST_AUTO_TEST_CASE(the_key_changes_with_everything_that_changes_the_outcome) {
   std::ofstream(mesh) << "two";
   BOOST_TEST(reference_key(plan, {}) != one);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 #include "tests/framework/engine/engine_log.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(virtual_clock_test)
+
 using namespace tactor;
 using namespace tactor::sample;
 
@@ -309,3 +311,5 @@ BOOST_AUTO_TEST_CASE(a_tap_tells_from_when_it_is_added_until_it_is_taken_away) {
   BOOST_TEST(small.dropped() == 40U);
   BOOST_TEST(small.take().stamp->sequence == 100U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

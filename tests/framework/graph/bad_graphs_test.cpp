@@ -9,6 +9,8 @@
 #include "nodes/forcefield/grid.hpp"
 #include "test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(bad_graphs_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -93,3 +95,5 @@ BOOST_AUTO_TEST_CASE(errors_come_in_the_order_of_the_file_one_to_a_line) {
   BOOST_TEST(text.find(file + ":1:48: nodes.a.flag: expected true or false, found 1\n" + file + ":2:7: seed: ") !=
              std::string::npos);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

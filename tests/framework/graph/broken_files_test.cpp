@@ -8,6 +8,8 @@
 #include "framework/graph/plan.hpp"
 #include "test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(broken_files_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 namespace fs = std::filesystem;
@@ -195,3 +197,5 @@ BOOST_AUTO_TEST_CASE(mutations_of_a_good_graph_load_or_are_refused) {
   // Some mutations hit a comment or a digit alone.
   BOOST_TEST(graphs > 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

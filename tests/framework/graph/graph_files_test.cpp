@@ -7,6 +7,8 @@
 #include "framework/graph/plan.hpp"
 #include "test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(graph_files_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 namespace fs = std::filesystem;
@@ -550,3 +552,5 @@ BOOST_FIXTURE_TEST_CASE(files_extend_each_other_over_sixteen_levels_and_no_more,
   BOOST_TEST(load("f16.yaml").nodes.size() == 3U);
   BOOST_CHECK_THROW(load("f17.yaml"), GraphError);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

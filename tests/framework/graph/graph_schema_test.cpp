@@ -6,6 +6,8 @@
 #include "framework/graph/plan.hpp"
 #include "test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(graph_schema_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 namespace fs = std::filesystem;
@@ -109,3 +111,5 @@ BOOST_FIXTURE_TEST_CASE(graphs_with_errors_of_form_do_not_validate, Fixture) {
   }
   BOOST_TEST(validate(files) == static_cast<int>(files.size()));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -4,6 +4,8 @@
 #include "framework/graph/plan.hpp"
 #include "test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(haptic_rate_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 
@@ -109,3 +111,5 @@ BOOST_FIXTURE_TEST_CASE(the_reference_run_of_a_node_has_the_rate_that_it_declare
     BOOST_TEST(std::get<double>(node.params.at(node.info->rate_parameter.value())) == 10000.0);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

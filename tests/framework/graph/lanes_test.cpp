@@ -4,6 +4,8 @@
 #include "framework/graph/plan.hpp"
 #include "test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(lanes_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 
@@ -226,3 +228,5 @@ BOOST_FIXTURE_TEST_CASE(a_reference_run_has_no_lanes, Fixture) {
   BOOST_TEST_REQUIRE(!reference.nodes.empty());
   for (const NodeSpec& node : reference.nodes) BOOST_TEST((node.scheduling == Scheduling{}), node.name);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

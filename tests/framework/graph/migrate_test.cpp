@@ -3,6 +3,8 @@
 
 #include <boost/test/unit_test.hpp>
 
+BOOST_AUTO_TEST_SUITE(migrate_test)
+
 namespace {
 
 using namespace tactor;
@@ -155,3 +157,5 @@ BOOST_AUTO_TEST_CASE(what_is_no_yaml_stays_as_it_is) {
 }
 
 }  // namespace
+
+BOOST_AUTO_TEST_SUITE_END()

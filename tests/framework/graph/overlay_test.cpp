@@ -7,6 +7,8 @@
 #include "framework/graph/plan.hpp"
 #include "test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(overlay_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 
@@ -77,3 +79,5 @@ BOOST_FIXTURE_TEST_CASE(a_cost_is_told, Fixture) {
   const auto [text, loaded] = written(from, changed);
   BOOST_TEST(to_yaml(loaded) == to_yaml(changed));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

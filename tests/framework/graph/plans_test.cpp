@@ -5,6 +5,8 @@
 #include "framework/graph/plan.hpp"
 #include "test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(plans_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 
@@ -294,3 +296,5 @@ BOOST_FIXTURE_TEST_CASE(diagrams_hold_every_node_and_edge, Fixture) {
   BOOST_TEST(dot.find("\"coupling\" -> \"refit\" [label=\"force\\nqueue(512, drop_oldest)\"]") != std::string::npos);
   BOOST_TEST(dot.find("\"hold\" -> \"device\" [label=\"segment\\nlatest\", style=dashed]") != std::string::npos);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

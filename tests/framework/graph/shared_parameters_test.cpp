@@ -5,6 +5,8 @@
 #include "framework/node/declare.hpp"
 #include "test_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(shared_parameters_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 
@@ -125,3 +127,5 @@ BOOST_AUTO_TEST_CASE(a_shared_value_that_is_not_allowed_here_is_refused_with_bot
   says(broken, {"nodes.giver.reach"});
   BOOST_TEST(broken.find("nodes.taker") == std::string::npos, broken);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

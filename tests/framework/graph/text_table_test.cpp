@@ -5,6 +5,8 @@
 
 #include "framework/graph/text_table.hpp"
 
+BOOST_AUTO_TEST_SUITE(text_table_test)
+
 using namespace tactor;
 using enum TextTable::Align;
 
@@ -100,3 +102,5 @@ BOOST_AUTO_TEST_CASE(what_fits_stays_as_it_is_at_every_width) {
   const std::string text = "a b\n  c d e\n\n    f\n";
   for (std::size_t columns = 9; columns < 50; ++columns) BOOST_TEST(wrapped(text, columns) == text);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

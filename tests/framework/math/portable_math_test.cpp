@@ -12,6 +12,8 @@
 #include <sstream>
 #include <string>
 
+BOOST_AUTO_TEST_SUITE(portable_math_test)
+
 namespace {
 
 /// Points to try, the same on every machine.
@@ -348,5 +350,7 @@ BOOST_AUTO_TEST_CASE(functions_of_float) {
     judge(c.name, worst, 0.51);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(special_values_test)
+
 namespace {
 
 /// A function of the C library itself, whatever the name means in this program.
@@ -146,5 +148,7 @@ BOOST_AUTO_TEST_CASE(complex_functions) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -4,6 +4,8 @@
 
 #include "framework/node/info.hpp"
 
+BOOST_AUTO_TEST_SUITE(coarser_test)
+
 using namespace tactor;
 
 namespace {
@@ -41,3 +43,5 @@ BOOST_AUTO_TEST_CASE(words_and_switches_go_on_to_the_one_after) {
 BOOST_AUTO_TEST_CASE(a_parameter_without_a_ladder_has_none) {
   BOOST_TEST(!next_coarser(ParamInfo{}, 1.0).has_value());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

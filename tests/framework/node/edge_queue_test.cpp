@@ -12,6 +12,8 @@
 #include <optional>
 #include <thread>
 
+BOOST_AUTO_TEST_SUITE(edge_queue_test)
+
 using namespace tactor;
 
 namespace {
@@ -315,3 +317,5 @@ BOOST_AUTO_TEST_CASE(two_threads_pass_arrays_on) {
   writer.join();
   BOOST_TEST(wrong == 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -6,6 +6,8 @@
 #include "framework/node/registry.hpp"
 #include "nodes/prediction/ar_coefficients.hpp"
 
+BOOST_AUTO_TEST_SUITE(node_contract_test)
+
 using namespace tactor;
 
 namespace {
@@ -225,3 +227,5 @@ BOOST_AUTO_TEST_CASE(a_type_that_declares_a_metric_twice_is_refused) {
            "the node type test.gain declares the metric gain.largest_N twice; declare it once";
   });
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -6,6 +6,8 @@
 #include <boost/random/uniform_real_distribution.hpp>
 #include <boost/test/unit_test.hpp>
 
+BOOST_AUTO_TEST_SUITE(spatial_test)
+
 using namespace tactor;
 
 namespace {
@@ -57,3 +59,5 @@ BOOST_AUTO_TEST_CASE(a_pose_times_its_inverse_is_the_identity) {
     BOOST_TEST(norm(to_rotation_vector(I.R)) < 1e-14);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -18,6 +18,8 @@
 
 #include "tests/heap_is_counted.hpp"
 
+BOOST_AUTO_TEST_SUITE(allocation_watch_test)
+
 using namespace tactor;
 namespace utf = boost::unit_test;
 
@@ -130,3 +132,5 @@ BOOST_AUTO_TEST_CASE(each_thread_has_a_count_of_its_own, *utf::precondition(test
   // Making the thread takes some calls here; those of the thread are not among them.
   BOOST_TEST(ours < 100);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -1,7 +1,12 @@
 // A safety gate driven tick by tick with inputs that are well unless a test spoils them.
 #pragma once
 
+#include <boost/test/unit_test.hpp>
+
 #include "framework/realtime/safety_gate.hpp"
+
+BOOST_TEST_DONT_PRINT_LOG_VALUE(tactor::Engagement)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(tactor::SafetyCause)
 
 namespace tactor::test {
 

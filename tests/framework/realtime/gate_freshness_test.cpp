@@ -5,6 +5,8 @@
 
 #include "tests/framework/realtime/gate_drive.hpp"
 
+BOOST_AUTO_TEST_SUITE(gate_freshness_test)
+
 using namespace tactor;
 using tactor::test::Drive;
 using tactor::test::ramp;
@@ -48,3 +50,5 @@ BOOST_AUTO_TEST_CASE(a_segment_may_stay_fresh_for_less_than_stale_after_and_neve
     BOOST_TEST(norm(drive.output.commanded_D_W.force - push.force) < 1e-12);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

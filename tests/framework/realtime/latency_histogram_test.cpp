@@ -11,6 +11,8 @@
 #include <thread>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(latency_histogram_test)
+
 using namespace tactor;
 
 namespace {
@@ -142,3 +144,5 @@ BOOST_AUTO_TEST_CASE(a_reader_sees_sound_figures_while_the_writer_writes) {
   BOOST_TEST(histogram.count() == static_cast<std::uint64_t>(writes));
   BOOST_TEST(std::abs(static_cast<double>(histogram.quantile(0.5).ns) - 1499) <= 0.008 * 1499);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -17,6 +17,8 @@
 #include "framework/realtime/mixed_filter.hpp"
 #include "framework/realtime/motion_filter.hpp"
 
+BOOST_AUTO_TEST_SUITE(mixed_filter_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -245,3 +247,5 @@ BOOST_AUTO_TEST_CASE(a_tremor_counts_again_half_a_second_after_a_gap_at_any_rate
     BOOST_TEST(later > 0.5 * before);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -12,6 +12,8 @@
 
 #include "framework/realtime/motion_filter.hpp"
 
+BOOST_AUTO_TEST_SUITE(motion_filter_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -280,3 +282,5 @@ BOOST_AUTO_TEST_CASE(white_noise_makes_the_variance_of_the_rate_that_its_gains_t
   // The filter believes in more: its covariance counts the motion too.
   BOOST_TEST(S(1, 1) < model.P(1, 1));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -22,6 +22,8 @@
 #include "framework/realtime/ring.hpp"
 #include "tests/heap_is_counted.hpp"
 
+BOOST_AUTO_TEST_SUITE(periodic_loop_test)
+
 using namespace tactor;
 namespace utf = boost::unit_test;
 
@@ -273,3 +275,5 @@ BOOST_AUTO_TEST_CASE(the_stack_is_as_large_as_asked_for, *utf::precondition(memo
   // The pages were there before the body went deep.
   BOOST_TEST(loop.metrics().page_faults.value() < 50);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 #include "framework/realtime/allocation_watch.hpp"
 #include "framework/realtime/pose_filter.hpp"
 
+BOOST_AUTO_TEST_SUITE(pose_filter_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -107,3 +109,5 @@ BOOST_AUTO_TEST_CASE(a_pose_that_does_not_rotate_has_no_angular_velocity_and_not
     BOOST_TEST(calls == 0);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

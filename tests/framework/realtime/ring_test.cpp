@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <thread>
 
+BOOST_AUTO_TEST_SUITE(ring_test)
+
 using namespace tactor;
 
 namespace {
@@ -128,3 +130,5 @@ BOOST_AUTO_TEST_CASE(two_threads_lose_only_what_is_counted) {
   BOOST_TEST(received + ring.drops() == records);
   BOOST_TEST(received >= ring.capacity());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

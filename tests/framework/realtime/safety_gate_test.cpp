@@ -9,6 +9,8 @@
 #include "framework/core/check.hpp"
 #include "tests/framework/realtime/gate_drive.hpp"
 
+BOOST_AUTO_TEST_SUITE(safety_gate_test)
+
 using namespace tactor;
 using tactor::test::Drive;
 using tactor::test::ramp;
@@ -34,9 +36,6 @@ std::string refusal(const SafetyLimits& limits) {
 }
 
 }  // namespace
-
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Engagement)
-BOOST_TEST_DONT_PRINT_LOG_VALUE(SafetyCause)
 
 BOOST_AUTO_TEST_CASE(a_wrench_comes_in_along_the_ramp) {
   SafetyLimits limits;
@@ -583,3 +582,5 @@ BOOST_AUTO_TEST_CASE(lower_limits_are_reached_as_fast_as_the_slew_limits_let_it)
     BOOST_TEST(std::abs(norm(drive.tick().commanded_D_W.force) - std::min(5.0, 1 + 0.5 * i)) < 1e-12);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

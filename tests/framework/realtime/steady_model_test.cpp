@@ -13,6 +13,8 @@
 #include "framework/realtime/motion_filter.hpp"
 #include "framework/realtime/steady_model.hpp"
 
+BOOST_AUTO_TEST_SUITE(steady_model_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -138,3 +140,5 @@ BOOST_AUTO_TEST_CASE(what_is_slow_stays_stable_at_all_intervals_that_it_takes) {
   }
   BOOST_TEST(tried > 150);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

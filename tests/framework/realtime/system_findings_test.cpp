@@ -11,6 +11,11 @@
 #include "framework/core/temporary_folder.hpp"
 #include "framework/realtime/loop_trial.hpp"
 
+BOOST_TEST_DONT_PRINT_LOG_VALUE(tactor::Grade)
+BOOST_TEST_DONT_PRINT_LOG_VALUE(tactor::Preemption)
+
+BOOST_AUTO_TEST_SUITE(system_findings_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -64,9 +69,6 @@ SystemFacts good_machine() {
 }
 
 }  // namespace
-
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Grade)
-BOOST_TEST_DONT_PRINT_LOG_VALUE(Preemption)
 
 BOOST_AUTO_TEST_CASE(a_good_machine_is_ok_in_everything) {
   const SystemFacts facts = good_machine();
@@ -210,3 +212,5 @@ BOOST_AUTO_TEST_CASE(a_trial_runs_for_its_length) {
 BOOST_AUTO_TEST_CASE(the_cost_of_the_loop_itself_is_above_nothing) {
   BOOST_TEST(measure_bookkeeping().ns > 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -24,6 +24,8 @@
 #include "framework/realtime/memory_lock.hpp"
 #include "framework/realtime/periodic_loop.hpp"
 
+BOOST_AUTO_TEST_SUITE(thread_policy_test)
+
 using namespace tactor;
 namespace utf = boost::unit_test;
 
@@ -304,3 +306,5 @@ BOOST_AUTO_TEST_CASE(with_privileges_nothing_is_missing_and_memory_is_locked, *u
   BOOST_TEST(locked_kib() == 0);
 #endif
 }
+
+BOOST_AUTO_TEST_SUITE_END()

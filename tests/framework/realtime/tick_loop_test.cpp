@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(tick_loop_test)
+
 using namespace tactor;
 
 namespace {
@@ -234,3 +236,5 @@ BOOST_AUTO_TEST_CASE(what_the_body_throws_passes_through_and_shows_as_a_call_tha
   BOOST_TEST(run.metrics.begun.value() == 3);
   BOOST_TEST(run.metrics.ended.value() == 2);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

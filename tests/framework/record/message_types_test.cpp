@@ -9,6 +9,8 @@
 #include "recording_fixture.hpp"
 #include "tests/scan_nodes/scan.hpp"
 
+BOOST_AUTO_TEST_SUITE(message_types_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 
@@ -155,3 +157,5 @@ BOOST_AUTO_TEST_CASE(a_csv_file_that_is_another_is_refused_with_its_line) {
   BOOST_TEST(changed("0.001000000,", "soon,").find("a.csv:3: a time in s") != std::string::npos);
   BOOST_TEST(changed("0.2 1.2,", "0.2 1.2 2.2,").find("values, found") != std::string::npos);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

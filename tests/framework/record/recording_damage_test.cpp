@@ -12,6 +12,24 @@
 #include "framework/core/shared_array.hpp"
 #include "recording_fixture.hpp"
 
+namespace recording_damage_test {
+
+/// A message with an array, as a user's library may describe one.
+struct Profile {
+  tactor::SharedArray<double> heights;  // m
+};
+
+}  // namespace recording_damage_test
+
+template <>
+inline const tactor::MessageType& tactor::message_type<recording_damage_test::Profile>() {
+  using recording_damage_test::Profile;
+  static const MessageType type = Describe<Profile>("test.Profile").field("heights", "m", &Profile::heights).type();
+  return type;
+}
+
+BOOST_AUTO_TEST_SUITE(recording_damage_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 
@@ -47,18 +65,7 @@ int read_all(const std::filesystem::path& path) {
   }
 }
 
-/// A message with an array, as a user's library may describe one.
-struct Profile {
-  SharedArray<double> heights;  // m
-};
-
 }  // namespace
-
-template <>
-inline const MessageType& tactor::message_type<Profile>() {
-  static const MessageType type = Describe<Profile>("test.Profile").field("heights", "m", &Profile::heights).type();
-  return type;
-}
 
 BOOST_AUTO_TEST_CASE(messages_that_all_name_the_same_elements_are_refused_before_they_fill_the_memory) {
   constexpr std::uint64_t messages = 2000, each = 500;
@@ -194,3 +201,5 @@ BOOST_AUTO_TEST_CASE(a_full_disk_is_a_run_error_with_the_path_and_keeps_what_cam
     BOOST_TEST(kept + 4 * 131'072 + 65'536 > bytes);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -21,6 +21,8 @@
 #include "nodes/prediction/ar_coefficients.hpp"
 #include "recording_fixture.hpp"
 
+BOOST_AUTO_TEST_SUITE(recording_test)
+
 using namespace tactor;
 using namespace tactor::testing;
 
@@ -383,3 +385,5 @@ BOOST_AUTO_TEST_CASE(a_recording_takes_no_more_memory_the_longer_it_is) {
   // chunks of 72 KiB grows by some bytes each.
   BOOST_TEST(most - before < 512 * 1024);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

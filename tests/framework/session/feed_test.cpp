@@ -8,6 +8,8 @@
 #include "framework/session/session.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(feed_test)
+
 using namespace tactor;
 using namespace tactor::sample;
 
@@ -122,3 +124,5 @@ BOOST_AUTO_TEST_CASE(a_feed_that_is_not_there_is_told_with_the_nearest) {
     return std::string(error.what()).find("no feed relay.in") != std::string::npos;
   });
 }
+
+BOOST_AUTO_TEST_SUITE_END()

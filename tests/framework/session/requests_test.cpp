@@ -18,6 +18,8 @@
 #include "tests/framework/engine/sample_nodes.hpp"
 #include "tests/framework/session/needs_live.hpp"
 
+BOOST_AUTO_TEST_SUITE(requests_test)
+
 using namespace tactor;
 using namespace tactor::sample;
 
@@ -385,3 +387,5 @@ BOOST_AUTO_TEST_CASE(a_session_that_keeps_no_tables_says_whose_it_leaves_out) {
   BOOST_TEST(notes[0] == "node writer: folder is left empty, because this run writes no tables");
   BOOST_TEST(made("", false).second.empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

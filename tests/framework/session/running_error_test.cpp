@@ -8,6 +8,8 @@
 
 #include "framework/core/perception.hpp"
 
+BOOST_AUTO_TEST_SUITE(running_error_test)
+
 using namespace tactor;
 
 namespace {
@@ -141,3 +143,5 @@ BOOST_AUTO_TEST_CASE(what_is_felt_is_told_of_the_last_second) {
   error.begin_again(at_ms(4300));
   BOOST_TEST(!error.felt(mass).has_value());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -22,6 +22,8 @@
 #include "tests/framework/engine/sample_nodes.hpp"
 #include "tests/framework/session/needs_live.hpp"
 
+BOOST_AUTO_TEST_SUITE(session_test)
+
 using namespace tactor;
 using namespace tactor::sample;
 
@@ -370,3 +372,5 @@ BOOST_AUTO_TEST_CASE(a_live_session_may_be_stopped_beside_another_call,
   BOOST_TEST(!session->failure().has_value());
   BOOST_TEST(session->last_status().now.seconds() < 500.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

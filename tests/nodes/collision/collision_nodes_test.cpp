@@ -8,6 +8,8 @@
 #include "nodes/collision/sdf.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(collision_nodes_test)
+
 using namespace tactor;
 using test::ball;
 using test::check_geometry;
@@ -412,3 +414,5 @@ BOOST_AUTO_TEST_CASE(several_moving_bodies_need_to_be_told_of) {
   node.bodies.push({Time{2}, Time{2}, 1}, &states);
   BOOST_CHECK_EXCEPTION(node.step(step), InputError, says("has 3 moving bodies; the scene has 2: two, one"));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

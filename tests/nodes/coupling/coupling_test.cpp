@@ -10,6 +10,8 @@
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "tests/nodes/defaults.hpp"
 
+BOOST_AUTO_TEST_SUITE(coupling_test)
+
 using namespace tactor;
 
 namespace {
@@ -266,3 +268,5 @@ BOOST_AUTO_TEST_CASE(every_coupling_ends_with_the_parameters_it_would_have_been_
   check(static_cast<DynamicCoupling*>(nullptr), [](auto& p) { p.k_t = 777, p.k_r = 2, p.zeta = 0.5; });
   check(static_cast<AdaptiveCoupling*>(nullptr), [](auto& p) { p.k_0 = 777, p.a = 0.3, p.force_max = 3; });
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 #include "nodes/dynamics/deformable.hpp"
 #include "tests/nodes/dynamics/node_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(deformable_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -102,3 +104,5 @@ BOOST_AUTO_TEST_CASE(far_from_what_deforms_the_patch_is_empty) {
     BOOST_TEST(sent(rig.node.patch).nodes.empty());
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

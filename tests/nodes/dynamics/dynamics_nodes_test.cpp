@@ -12,6 +12,8 @@
 #include "tests/nodes/dynamics/node_rig.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 
+BOOST_AUTO_TEST_SUITE(dynamics_nodes_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -517,3 +519,5 @@ BOOST_AUTO_TEST_CASE(a_newest_sample_of_no_use_is_not_expected_from) {
     BOOST_TEST((sent(rig.node.expected).V_WB[0].v == sent(rig.node.bodies).V_WB[0].v));
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -14,6 +14,8 @@
 #include "nodes/effect/impact.hpp"
 #include "tests/nodes/defaults.hpp"
 
+BOOST_AUTO_TEST_SUITE(impact_on_devices_test)
+
 using namespace tactor;
 
 namespace {
@@ -160,3 +162,5 @@ BOOST_AUTO_TEST_CASE(on_devices_with_amplifier_and_mode_it_is_within_a_tenth) {
     BOOST_TEST(fast.rms < 0.1);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

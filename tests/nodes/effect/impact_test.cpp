@@ -10,6 +10,8 @@
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/effect/stage_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(impact_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -347,3 +349,5 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tac
   BOOST_TEST(thread_heap_calls() - before == 0);
   BOOST_TEST(rig.metrics()["impact.events"] == 5.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

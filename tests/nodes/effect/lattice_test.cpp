@@ -8,6 +8,8 @@
 #include "nodes/prediction/autoregression.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(lattice_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -86,3 +88,5 @@ BOOST_AUTO_TEST_CASE(however_the_coefficients_change_the_signal_has_the_variance
   BOOST_TEST(std::abs(energy / noise - 1) < 0.03);
   BOOST_TEST(largest < 10.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

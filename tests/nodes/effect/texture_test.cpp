@@ -10,6 +10,8 @@
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/effect/stage_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(texture_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -199,3 +201,5 @@ BOOST_AUTO_TEST_CASE(a_step_does_not_call_the_heap, *boost::unit_test::precondit
   for (int ms = 1; ms < 1000; ++ms) rig.tick(ms, {0, 0, 1}, {0.001 * ms, 0, 0});
   BOOST_TEST(thread_heap_calls() - before == 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

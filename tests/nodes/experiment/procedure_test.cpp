@@ -10,6 +10,8 @@
 #include "nodes/experiment/observer.hpp"
 #include "nodes/experiment/procedure.hpp"
 
+BOOST_AUTO_TEST_SUITE(procedure_test)
+
 using namespace tactor;
 
 namespace {
@@ -289,3 +291,5 @@ BOOST_AUTO_TEST_CASE(a_staircase_runs_once_for_each_condition_and_progress_grows
   BOOST_TEST(schedule.progress() == 1);
   BOOST_TEST(std::min(intervals[0], intervals[1]) * 3 > std::max(intervals[0], intervals[1]));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -16,6 +16,8 @@
 #include "nodes/experiment/protocol.hpp"
 #include "tests/nodes/defaults.hpp"
 
+BOOST_AUTO_TEST_SUITE(protocol_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -531,3 +533,5 @@ BOOST_AUTO_TEST_CASE(a_study_that_makes_no_sense_is_refused_with_the_parameter) 
   refused("least", [&](P& p) { staircase(p), p.least = 0; });
   refused("averaged", [&](P& p) { staircase(p), p.averaged = 5; });
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -16,6 +16,8 @@
 #include "framework/core/value_error.hpp"
 #include "nodes/experiment/table.hpp"
 
+BOOST_AUTO_TEST_SUITE(table_test)
+
 using namespace tactor;
 
 namespace {
@@ -239,3 +241,5 @@ BOOST_AUTO_TEST_CASE(a_digest_names_the_parts_that_differ_and_tells_none) {
   // A thousand designs that differ in one character: none is taken for another.
   for (int i = 0; i < 1000; ++i) BOOST_TEST(!design_of("1.6", std::to_string(i)).differing(digest).empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -11,6 +11,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(ball_cast_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -228,3 +230,5 @@ BOOST_AUTO_TEST_CASE(looks_are_counted_and_bounded) {
   BOOST_TEST(ended > 50);
   BOOST_TEST(whole > 50);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

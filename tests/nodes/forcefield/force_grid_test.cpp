@@ -6,6 +6,8 @@
 #include "nodes/forcefield/force_grid.hpp"
 #include "tests/nodes/dice.hpp"
 
+BOOST_AUTO_TEST_SUITE(force_grid_test)
+
 using namespace tactor;
 using Known = ForceGrid::Known;
 
@@ -153,3 +155,5 @@ BOOST_AUTO_TEST_CASE(a_position_that_is_none_is_refused) {
   BOOST_TEST(g.look({far, far, -far}, elsewhere).force.x == 2.0);
   BOOST_TEST(g.look({-far, far, -far}, elsewhere).force.x == 3.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

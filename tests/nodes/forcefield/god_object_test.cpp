@@ -11,6 +11,8 @@
 #include "tests/nodes/forcefield/field_scenes.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(god_object_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -446,3 +448,5 @@ BOOST_AUTO_TEST_CASE(a_move_calls_no_heap, *boost::unit_test::precondition(tacto
   for (int i = 0; i < 500; ++i) proxy.move(dice.in_cube(0.03));
   BOOST_TEST(thread_heap_calls() - before == 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

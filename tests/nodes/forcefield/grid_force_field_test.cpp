@@ -9,6 +9,8 @@
 #include "tests/nodes/forcefield/field_scenes.hpp"
 #include "tests/nodes/hostile_wrench.hpp"
 
+BOOST_AUTO_TEST_SUITE(grid_force_field_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -182,3 +184,5 @@ BOOST_AUTO_TEST_CASE(a_reach_of_more_than_three_cells_is_refused) {
   p.reach = 0.003;
   BOOST_TEST(input_error([&] { GridForceField node(p, context_for(scene)); }).empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/forcefield/field_scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(proxy_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -161,3 +163,5 @@ BOOST_AUTO_TEST_CASE(what_it_cannot_render_is_refused_with_a_way_out) {
   error = input_error([&] { ProxyForceField node(params(), context_for(two)); });
   BOOST_TEST(error.find("forcefield.proxy") != std::string::npos, error);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

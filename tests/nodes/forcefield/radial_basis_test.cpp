@@ -9,6 +9,8 @@
 #include "nodes/forcefield/radial_basis.hpp"
 #include "tests/nodes/dice.hpp"
 
+BOOST_AUTO_TEST_SUITE(radial_basis_test)
+
 using namespace tactor;
 
 namespace {
@@ -108,3 +110,5 @@ BOOST_AUTO_TEST_CASE(it_is_zero_far_away_and_where_there_is_no_place) {
     BOOST_TEST(norm(basis.at({far, 0.025, 0.003})) == 0.0);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/forcefield/field_scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(rbf_force_field_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -234,3 +236,5 @@ BOOST_AUTO_TEST_CASE(what_cannot_be_fitted_is_refused_with_what_to_do) {
   turning.bodies[1].motion = Motion::rigid;
   says(refusal(floor_params(), turning), "the tool 'tool' rotates");
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/forcefield/field_scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(spring_force_field_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -132,3 +134,5 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tac
   }
   BOOST_TEST(calls == 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 #include "tests/nodes/forcefield/field_scenes.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(static_force_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -141,3 +143,5 @@ BOOST_AUTO_TEST_CASE(scenes_that_have_no_field_are_refused_with_what_to_do) {
   still.bodies[1].motion = Motion::fixed;
   says(refusal(still), "nothing in the scene moves");
 }
+
+BOOST_AUTO_TEST_SUITE_END()

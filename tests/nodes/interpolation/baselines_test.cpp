@@ -8,6 +8,8 @@
 #include "nodes/interpolation/none.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(baselines_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -140,3 +142,5 @@ BOOST_AUTO_TEST_CASE(a_force_that_is_not_finite_is_passed_on_and_forgotten) {
   const double value = evaluate(tick(node, stamp_ms(6).valid), stamp_ms(6).valid).force.x;
   BOOST_TEST(std::abs(value - step_response(0.006, 0.004)) < 1e-12);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

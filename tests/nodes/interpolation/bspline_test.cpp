@@ -10,6 +10,8 @@
 #include "framework/core/segment.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(bspline_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -257,3 +259,5 @@ BOOST_AUTO_TEST_CASE(a_force_that_is_not_finite_is_passed_on_and_forgotten) {
     for (std::size_t i = 0; i < 4; ++i) BOOST_TEST(std::abs(a.c[i].force.x - b.c[i].force.x) < 1e-12);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -10,6 +10,8 @@
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(curves_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -346,3 +348,5 @@ BOOST_AUTO_TEST_CASE(a_late_forecast_is_held_at_its_last_step_and_counted) {
   // From 31 ms to 80 ms.
   BOOST_TEST(report.metrics().at(0).second == 50.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

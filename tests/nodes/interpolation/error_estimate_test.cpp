@@ -6,6 +6,8 @@
 
 #include "nodes/interpolation/error_estimate.hpp"
 
+BOOST_AUTO_TEST_SUITE(error_estimate_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -79,3 +81,5 @@ BOOST_AUTO_TEST_CASE(results_that_are_not_finite_or_come_twice_change_nothing) {
   BOOST_TEST(e.error(0) == 0.1, tt::tolerance(1e-12));
   BOOST_TEST(e.error(1) == 0.2, tt::tolerance(1e-12));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

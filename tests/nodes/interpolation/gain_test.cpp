@@ -11,6 +11,8 @@
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(gain_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -130,3 +132,5 @@ BOOST_AUTO_TEST_CASE(steps_in_and_after_a_change_allocate_nothing, *boost::unit_
   for (int i = 0; i < 80; ++i) d.step();
   BOOST_TEST(thread_heap_calls() == before);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

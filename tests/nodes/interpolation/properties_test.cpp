@@ -15,6 +15,8 @@
 #include "tests/nodes/force_stream.hpp"
 #include "tests/nodes/hostile_wrench.hpp"
 
+BOOST_AUTO_TEST_SUITE(properties_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -278,3 +280,5 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tac
     BOOST_TEST(calls == 0, recipe.name());
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

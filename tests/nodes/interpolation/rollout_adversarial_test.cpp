@@ -24,6 +24,8 @@
 #include "tests/nodes/interpolation/rollout_subject.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(rollout_adversarial_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -569,3 +571,5 @@ BOOST_AUTO_TEST_CASE(models_of_absurd_content_do_no_harm_and_leave_nothing_behin
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -4,6 +4,8 @@
 
 #include "tests/nodes/interpolation/rollout_subject.hpp"
 
+BOOST_AUTO_TEST_SUITE(rollout_surface_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -191,3 +193,5 @@ BOOST_AUTO_TEST_CASE(where_finding_contacts_is_too_much_work_those_of_the_model_
   BOOST_TEST(steps_on_anchors(1) == 100.0);
   BOOST_TEST(steps_on_anchors(100'000) == 0.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

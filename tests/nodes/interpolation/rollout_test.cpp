@@ -19,6 +19,8 @@
 #include "tests/nodes/interpolation/rollout_subject.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
 
+BOOST_AUTO_TEST_SUITE(rollout_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -419,3 +421,5 @@ BOOST_AUTO_TEST_CASE(integrator_and_stick_velocity_are_those_of_dynamics_unless_
     BOOST_TEST((param->as_in == Role::dynamics));
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -3,6 +3,8 @@
 
 #include <boost/test/unit_test.hpp>
 
+BOOST_AUTO_TEST_SUITE(segment_test)
+
 using namespace tactor;
 
 namespace {
@@ -52,3 +54,5 @@ BOOST_AUTO_TEST_CASE(a_constant_has_no_length_and_one_value) {
     BOOST_TEST(norm(evaluate_rate(segment, Time{ns}).force) == 0.0);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(select_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -189,3 +191,5 @@ BOOST_AUTO_TEST_CASE(an_input_that_no_edge_ends_at_is_refused) {
   StepContext c(Time{});
   BOOST_CHECK_THROW(alone.start(c), InputError);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(port_energy_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -155,3 +157,5 @@ BOOST_AUTO_TEST_CASE(samples_that_are_not_finite_or_not_later_are_left_out) {
   port.tick({{0.9, 0, 0}, {}}, {{1, 0, 0}, {}});
   BOOST_TEST(std::abs(port.energy.energy() + 0.5) < 1e-15);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(port_samples_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -78,3 +80,5 @@ BOOST_AUTO_TEST_CASE(what_is_not_finite_or_not_later_is_left_out) {
   BOOST_TEST(port.take() == "s1 w12 s5 ");
   BOOST_TEST(port.samples.newest().value.X_WD.p.x == 5);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -15,6 +15,8 @@
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(stage_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -392,3 +394,5 @@ BOOST_AUTO_TEST_CASE(no_step_of_a_stage_calls_the_heap,
     BOOST_TEST(thread_heap_calls() - before == 0, kind);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

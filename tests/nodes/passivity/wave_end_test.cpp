@@ -8,6 +8,8 @@
 #include "nodes/passivity/wave_end.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(wave_end_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -218,3 +220,5 @@ BOOST_AUTO_TEST_CASE(a_result_is_played_once_and_then_leaves_the_damper) {
   BOOST_TEST(norm(next) < 1e-3);
   BOOST_TEST(std::abs(end.force(std::array{Vec3{}}, {0, 0.1, 0}).y + 0.1 * b) < 1e-3);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -12,6 +12,8 @@
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(waves_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -277,3 +279,5 @@ BOOST_AUTO_TEST_CASE(no_step_of_the_line_calls_the_heap,
   }
   BOOST_TEST(thread_heap_calls() - before == 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

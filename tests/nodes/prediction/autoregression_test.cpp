@@ -8,6 +8,8 @@
 #include "nodes/prediction/sample_window.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(autoregression_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -177,3 +179,5 @@ BOOST_AUTO_TEST_CASE(a_constant_has_no_energy_about_its_mean) {
   window.covariances(r);
   BOOST_TEST(!has_energy(r[0], window.noise()));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -16,6 +16,8 @@
 #include "tests/nodes/force_stream.hpp"
 #include "tests/nodes/hostile_wrench.hpp"
 
+BOOST_AUTO_TEST_SUITE(estimators_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -391,3 +393,5 @@ BOOST_AUTO_TEST_CASE(grid_reads_a_line_at_even_times) {
   BOOST_TEST(out.value.force.x == 7.0);
   BOOST_TEST(!grid.next(out));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

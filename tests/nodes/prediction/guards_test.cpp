@@ -13,6 +13,8 @@
 #include "tests/nodes/force_stream.hpp"
 #include "tests/nodes/hostile_wrench.hpp"
 
+BOOST_AUTO_TEST_SUITE(guards_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -180,3 +182,5 @@ BOOST_AUTO_TEST_CASE(warm_up_is_counted_apart_from_fallbacks) {
   BOOST_TEST(metrics["prediction.warm_up"] == 3.0);
   BOOST_TEST(metrics["fallbacks"] == 0.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

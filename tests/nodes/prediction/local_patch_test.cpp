@@ -11,6 +11,8 @@
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
 #include "tests/nodes/physics/mechanics/patches.hpp"
 
+BOOST_AUTO_TEST_SUITE(local_patch_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -143,3 +145,5 @@ BOOST_AUTO_TEST_CASE(a_patch_that_cannot_be_is_refused_and_counted) {
   subject.patch(20, good);
   BOOST_TEST(subject.result(20));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

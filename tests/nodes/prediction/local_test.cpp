@@ -17,6 +17,8 @@
 #include "tests/nodes/dynamics/node_rig.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
 
+BOOST_AUTO_TEST_SUITE(local_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -469,3 +471,5 @@ BOOST_AUTO_TEST_CASE(integrator_and_stick_velocity_are_those_of_dynamics_unless_
     BOOST_TEST((param->as_in == Role::dynamics));
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

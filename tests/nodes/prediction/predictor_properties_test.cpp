@@ -14,6 +14,8 @@
 #include "tests/nodes/force_stream.hpp"
 #include "tests/nodes/hostile_wrench.hpp"
 
+BOOST_AUTO_TEST_SUITE(predictor_properties_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -473,3 +475,5 @@ BOOST_AUTO_TEST_CASE(what_is_held_while_bad_samples_come_keeps_the_stamp_of_the_
     BOOST_TEST(subject.sent().ns == stamp_ms(1210).valid.ns, recipe.name());
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -16,6 +16,8 @@
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(predictors_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -544,3 +546,5 @@ BOOST_AUTO_TEST_CASE(multirate_learns_a_spring_and_damper_and_knows_the_force_fr
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

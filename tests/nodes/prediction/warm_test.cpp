@@ -11,6 +11,8 @@
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(warm_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -137,3 +139,5 @@ BOOST_AUTO_TEST_CASE(a_filter_that_waits_for_nothing_is_warm_from_the_start) {
   BOOST_TEST(KalmanPredictor::declare().warm_when.empty());
   BOOST_TEST(!Refitter::declare().warm_when.empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

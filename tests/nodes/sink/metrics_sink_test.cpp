@@ -10,6 +10,8 @@
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(metrics_sink_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -228,3 +230,5 @@ BOOST_AUTO_TEST_CASE(a_run_that_never_began_reports_nothing_wrong) {
   const Report report = report_of(sink);
   BOOST_TEST(metrics(report)["physics.steps"] == 0.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -14,6 +14,8 @@
 #include "tests/nodes/defaults.hpp"
 #include "tests/nodes/force_stream.hpp"
 
+BOOST_AUTO_TEST_SUITE(run_stability_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -233,3 +235,5 @@ BOOST_AUTO_TEST_CASE(the_weight_of_a_tool_is_no_energy_of_the_port) {
   commanded[500].value.force.x = std::numeric_limits<double>::quiet_NaN();
   BOOST_TEST(!port_passivity(signals, 0, 0)->passive());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

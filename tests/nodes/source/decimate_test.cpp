@@ -8,6 +8,8 @@
 #include "framework/core/check.hpp"
 #include "nodes/source/physics.hpp"
 
+BOOST_AUTO_TEST_SUITE(decimate_test)
+
 using namespace tactor;
 
 namespace {
@@ -101,3 +103,5 @@ BOOST_AUTO_TEST_CASE(the_player_passes_each_newest_force_on_once_with_its_stamp)
   player.force.clear_pending();
   BOOST_TEST(sent() == 0U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

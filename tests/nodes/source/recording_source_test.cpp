@@ -12,6 +12,8 @@
 #include "nodes/source/csv_table.hpp"
 #include "nodes/source/recording.hpp"
 
+BOOST_AUTO_TEST_SUITE(recording_source_test)
+
 using namespace tactor;
 
 namespace {
@@ -222,3 +224,5 @@ BOOST_AUTO_TEST_CASE(a_recorded_stream_is_sent_at_its_output_when_it_had_been_vi
   }
 }
 #endif
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -13,6 +13,8 @@
 
 #include "framework/core/check.hpp"
 
+BOOST_AUTO_TEST_SUITE(trajectory_test)
+
 using namespace tactor;
 
 namespace {
@@ -356,3 +358,5 @@ BOOST_AUTO_TEST_CASE(a_path_that_ends_elsewhere_needs_time_for_the_way_back) {
     BOOST_TEST(std::abs(path.at(1.5 * pass + 1).X_WH.p.x - 0.01) < 1e-9);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

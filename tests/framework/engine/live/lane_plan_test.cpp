@@ -7,6 +7,8 @@
 #include "framework/core/check.hpp"
 #include "tests/framework/engine/live/live_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(lane_plan_test)
+
 using namespace tactor;
 using namespace tactor::sample;
 
@@ -87,3 +89,5 @@ BOOST_FIXTURE_TEST_CASE(a_device_without_real_time_is_pinned_only_where_the_grap
   b.plan.nodes[0].scheduling.cpu = 2;
   BOOST_TEST((plan_lanes(b.plan, 4, {0, 1, 2, 3}, false).realtime[0]->cpu == 2));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

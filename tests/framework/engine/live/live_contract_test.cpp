@@ -11,6 +11,8 @@
 #include "tests/framework/engine/live/live_nodes.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(live_contract_test)
+
 using namespace tactor;
 using namespace tactor::sample;
 
@@ -212,3 +214,5 @@ BOOST_AUTO_TEST_CASE(costs_are_not_imposed_unless_the_graph_says_so_and_outlast_
     BOOST_TEST((run.status().nodes[1].steps == 1U) == imposed);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

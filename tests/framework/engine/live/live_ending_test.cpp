@@ -8,6 +8,8 @@
 #include "tests/framework/engine/live/live_nodes.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(live_ending_test)
+
 using namespace tactor;
 using namespace tactor::sample;
 
@@ -264,3 +266,5 @@ BOOST_FIXTURE_TEST_CASE(a_disk_that_hangs_does_not_keep_the_run_from_being_stopp
   BOOST_TEST(run.status().now.seconds() < 1.5);
   BOOST_TEST(ramp_of(run, device).stopping > 500);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 #include "tests/framework/engine/live/live_nodes.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
+BOOST_AUTO_TEST_SUITE(live_run_test)
+
 using namespace tactor;
 using namespace tactor::sample;
 
@@ -236,3 +238,5 @@ BOOST_AUTO_TEST_CASE(what_stops_a_run_with_a_reason_is_its_failure) {
   BOOST_TEST(*run.failure() == "no space left");
   BOOST_TEST((dynamic_cast<const Actor&>(run.nodes()[0]).seen.back().phase == Phase::stopping));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -6,6 +6,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(exact_distance_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -85,3 +87,5 @@ BOOST_AUTO_TEST_CASE(on_the_surface_the_gradient_is_the_outward_normal) {
   BOOST_TEST(corner.gradient.x > 0.5);
   BOOST_TEST(corner.gradient.x == corner.gradient.y, tt::tolerance(1e-9));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

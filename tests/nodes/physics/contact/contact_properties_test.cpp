@@ -18,6 +18,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(contact_properties_test)
+
 using namespace tactor;
 
 namespace {
@@ -484,3 +486,5 @@ BOOST_AUTO_TEST_CASE(contacts_of_bodies_pressed_on_a_plane_are_those_of_their_cl
                                                           from_rotation_vector({std::numbers::pi / 4, 0, 0})});
   BOOST_TEST(near(test::deepest(*edge, margin), -0.0005));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

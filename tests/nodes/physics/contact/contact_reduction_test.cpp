@@ -10,6 +10,8 @@
 #include "nodes/physics/mesh/bounds.hpp"
 #include "tests/nodes/dice.hpp"
 
+BOOST_AUTO_TEST_SUITE(contact_reduction_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -342,3 +344,5 @@ BOOST_AUTO_TEST_CASE(the_same_history_gives_the_same_bytes) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 #include "nodes/physics/contact/contact_samples.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(contact_samples_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -119,3 +121,5 @@ BOOST_AUTO_TEST_CASE(a_small_box_on_a_large_one_is_pushed_off_it_alike_wherever_
   BOOST_TEST(most < 1.01 * area_pushes);
   BOOST_TEST(sideways < 1e-3 * area_pushes);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

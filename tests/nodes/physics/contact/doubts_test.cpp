@@ -7,6 +7,8 @@
 #include "nodes/collision/primitive.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(doubts_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -105,3 +107,5 @@ BOOST_AUTO_TEST_CASE(a_spacing_beyond_a_quarter_of_a_body_is_told) {
   // A ball has one sample, whatever the spacing.
   BOOST_TEST(told({wall, tool}, nullptr, 0.5).empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -13,6 +13,8 @@
 #include "nodes/physics/geometry/mesh_distance.hpp"
 #include "tests/nodes/physics/contact/flat_meshes.hpp"
 
+BOOST_AUTO_TEST_SUITE(flat_meshes_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -178,3 +180,5 @@ BOOST_AUTO_TEST_CASE(a_sample_counts_as_far_as_it_faces_what_it_meets) {
   BOOST_TEST(edges == 12);
   BOOST_TEST(corners == 4);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -13,6 +13,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(local_contacts_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -318,3 +320,5 @@ BOOST_AUTO_TEST_CASE(looking_ahead_allocates_nothing_once_it_has_met_the_most,
   const std::int64_t calls = thread_heap_calls() - before;
   BOOST_TEST(calls == 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -11,6 +11,8 @@
 #include "nodes/physics/mesh/refine.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(rim_areas_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -404,3 +406,5 @@ BOOST_AUTO_TEST_CASE(ahead_a_rim_weighs_at_each_anchor_what_it_does_there) {
   BOOST_TEST(compared > 10);
   BOOST_TEST(changed > 0.1);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

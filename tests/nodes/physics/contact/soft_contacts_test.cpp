@@ -7,6 +7,8 @@
 
 #include "tests/nodes/physics/contact/soft_scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(soft_contacts_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -225,3 +227,5 @@ BOOST_AUTO_TEST_CASE(a_patch_of_faces_has_the_contacts_that_the_whole_has_there)
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

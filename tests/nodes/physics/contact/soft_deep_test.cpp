@@ -7,6 +7,8 @@
 
 #include "tests/nodes/physics/contact/soft_scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(soft_deep_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -154,3 +156,5 @@ BOOST_AUTO_TEST_CASE(beyond_the_rim_of_an_open_surface_nothing_is_inside) {
     BOOST_TEST(press.at({{0.001, 0.001, -0.04}, {}}).empty());
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

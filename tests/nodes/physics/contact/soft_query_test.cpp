@@ -14,6 +14,8 @@
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/contact/soft_scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(soft_query_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -355,3 +357,5 @@ BOOST_AUTO_TEST_CASE(without_a_tool_or_faces_nothing_is_found) {
   Press press(SphereShape{0.01}, {});
   BOOST_TEST(press.at({}).empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 #include "nodes/physics/contact/soft_samples.hpp"
 #include "tests/nodes/physics/contact/soft_scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(soft_samples_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -127,3 +129,5 @@ BOOST_AUTO_TEST_CASE(nodes_that_are_no_numbers_are_never_taken_for_known) {
   const int first = work(), second = work();
   BOOST_TEST(second < first);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

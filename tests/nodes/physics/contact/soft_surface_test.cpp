@@ -8,6 +8,8 @@
 #include "nodes/physics/geometry/tree_distance.hpp"
 #include "tests/nodes/physics/contact/soft_scenes.hpp"
 
+BOOST_AUTO_TEST_SUITE(soft_surface_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -174,3 +176,5 @@ BOOST_AUTO_TEST_CASE(faces_with_coordinates_that_are_no_numbers_are_never_found)
     BOOST_TEST(!surface.nearest({endless, 0, 0}).judged);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -17,6 +17,8 @@
 #include "nodes/physics/mechanics/patch_motion.hpp"
 #include "tests/nodes/physics/deformable/soft_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(condensation_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -492,3 +494,5 @@ BOOST_AUTO_TEST_CASE(far_from_all_that_deforms_the_patch_is_empty) {
     rig.advance(0.01);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 
 #include "tests/nodes/physics/deformable/soft_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(deformable_step_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -262,3 +264,5 @@ BOOST_AUTO_TEST_CASE(euler_is_of_first_order_and_the_midpoint_rule_of_second) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

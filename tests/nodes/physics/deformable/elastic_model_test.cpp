@@ -14,6 +14,8 @@
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
 
+BOOST_AUTO_TEST_SUITE(elastic_model_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -322,3 +324,5 @@ BOOST_AUTO_TEST_CASE(mass_and_stiffness_have_the_same_pattern) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -10,6 +10,8 @@
 #include "tests/nodes/physics/deformable/graded_block.hpp"
 #include "tests/nodes/physics/deformable/soft_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(hertz_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -137,3 +139,5 @@ BOOST_AUTO_TEST_CASE(linear_elements_are_stiffer_than_quadratic_ones_that_are_tw
     BOOST_TEST(linear[i] < 0.2);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -10,6 +10,8 @@
 #include "nodes/physics/mechanics/local_rollout.hpp"
 #include "tests/nodes/physics/deformable/soft_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(local_slide_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -118,3 +120,5 @@ BOOST_AUTO_TEST_CASE(a_tool_that_comes_down_fast_is_stopped_as_by_the_whole_body
     BOOST_TEST(off(rig, {.start = {0, 0, 0.03}, .down = 0.3, .until = 0.03, .along = 0}, 0.01, 30) < 0.15);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

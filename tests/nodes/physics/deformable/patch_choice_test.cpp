@@ -7,6 +7,8 @@
 #include "nodes/physics/deformable/spread_nodes.hpp"
 #include "tests/nodes/physics/deformable/soft_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(patch_choice_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -105,3 +107,5 @@ BOOST_AUTO_TEST_CASE(a_body_that_nothing_holds_and_a_small_one_have_spread_nodes
   BOOST_TEST(spread[1].size() >= 8U);
   BOOST_TEST(spread[0].size() + spread[1].size() <= rig.soft.surface_nodes.size());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -12,6 +12,8 @@
 #include "nodes/physics/deformable/signed_svd.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
 
+BOOST_AUTO_TEST_SUITE(signed_svd_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -113,3 +115,5 @@ BOOST_AUTO_TEST_CASE(the_nearest_rotation_is_that_of_singular_values_however_far
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

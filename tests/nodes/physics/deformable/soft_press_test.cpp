@@ -6,6 +6,8 @@
 
 #include "tests/nodes/physics/deformable/soft_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(soft_press_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -272,3 +274,5 @@ BOOST_AUTO_TEST_CASE(a_ball_presses_on_faces_that_do_not_move_also_after_it_was_
   BOOST_TEST(most > 0.1);
   BOOST_TEST(rig.bodies.V_WB[0].v.z > 0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

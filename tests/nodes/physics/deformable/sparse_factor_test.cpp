@@ -17,6 +17,8 @@
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
 
+BOOST_AUTO_TEST_SUITE(sparse_factor_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -206,3 +208,5 @@ BOOST_AUTO_TEST_CASE(solving_does_not_call_the_heap, *boost::unit_test::precondi
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

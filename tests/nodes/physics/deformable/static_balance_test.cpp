@@ -8,6 +8,8 @@
 #include "nodes/physics/deformable/static_balance.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
 
+BOOST_AUTO_TEST_SUITE(static_balance_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -236,3 +238,5 @@ BOOST_AUTO_TEST_CASE(a_body_that_nothing_holds_has_no_balance_under_its_weight) 
   BOOST_TEST(!settle(model, model.rest(), {0, 0, -9.81}, {}, options).converged);
   BOOST_TEST(settle(model, model.rest(), {}, {}, options).converged);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

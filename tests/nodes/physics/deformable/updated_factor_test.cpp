@@ -16,6 +16,8 @@
 #include "nodes/physics/deformable/updated_factor.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
 
+BOOST_AUTO_TEST_SUITE(updated_factor_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -163,3 +165,5 @@ BOOST_AUTO_TEST_CASE(a_full_matrix_takes_as_many_multiplications_as_its_columns_
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

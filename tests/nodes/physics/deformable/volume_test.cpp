@@ -12,6 +12,8 @@
 
 #include "tests/nodes/physics/deformable/soft_rig.hpp"
 
+BOOST_AUTO_TEST_SUITE(volume_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -184,3 +186,5 @@ BOOST_AUTO_TEST_CASE(a_ball_pressed_in_deep_takes_no_more_volume_than_pressure_a
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

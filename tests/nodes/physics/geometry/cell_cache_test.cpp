@@ -13,6 +13,8 @@
 #include "nodes/physics/geometry/cell_cache.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(cell_cache_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -259,3 +261,5 @@ BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_costs_the_building_and_a_no
   BOOST_TEST(notes[0].find("the cache cannot be written") != std::string::npos);
   BOOST_TEST(same_answers(built, CellDistance(shape(), options)));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

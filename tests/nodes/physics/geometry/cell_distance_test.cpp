@@ -12,6 +12,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(cell_distance_test)
+
 using namespace tactor;
 
 namespace {
@@ -285,3 +287,5 @@ BOOST_AUTO_TEST_CASE(the_hessian_is_how_the_gradient_turns) {
   const Vec3 corner{0.05, 0.05, 0.05};
   BOOST_TEST(cube.hessian(cube.nearest(corner), corner).isZero(0));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -7,6 +7,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(sample_tree_test)
+
 using namespace tactor;
 
 namespace {
@@ -207,3 +209,5 @@ BOOST_AUTO_TEST_CASE(no_samples_find_nothing) {
   BOOST_TEST(one.find(field, {}, 0.1).size() == 1U);
   BOOST_TEST(one.find(field, {{2, 0, 0}, {}}, 0.1).empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 #include "nodes/physics/geometry/shape_distance.hpp"
 #include "tests/nodes/dice.hpp"
 
+BOOST_AUTO_TEST_SUITE(shape_distance_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -238,3 +240,5 @@ BOOST_AUTO_TEST_CASE(lower_bounds_are_below_the_distance_and_as_near_as_floats_c
 BOOST_AUTO_TEST_CASE(a_mesh_has_no_closed_form) {
   BOOST_CHECK_THROW(shape_distance(MeshShape{}), InputError);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

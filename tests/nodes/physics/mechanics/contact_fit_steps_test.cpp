@@ -5,8 +5,11 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/mechanics/contact_fit_subject.hpp"
 
+BOOST_AUTO_TEST_SUITE(contact_fit_steps_test)
+
 using namespace tactor;
 using namespace tactor::test;
+using namespace tactor::test::contact_fit;
 namespace tt = boost::test_tools;
 
 namespace {
@@ -96,3 +99,5 @@ BOOST_AUTO_TEST_CASE(where_the_world_lies_changes_nothing) {
     BOOST_TEST(std::abs(here.excess() - there.excess()) < 1e-4);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

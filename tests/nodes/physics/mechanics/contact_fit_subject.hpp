@@ -7,7 +7,7 @@
 #include "nodes/physics/mechanics/contact_fit.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
 
-namespace tactor::test {
+namespace tactor::test::contact_fit {
 
 inline constexpr double radius = 0.01;  // m, of the ball
 inline constexpr double stick = 1e-4;   // m/s
@@ -57,4 +57,4 @@ inline bool same(const ContactError& x, const ContactError& y) {
   return x.stiffness_scale == y.stiffness_scale && x.friction_excess == y.friction_excess;
 }
 
-}  // namespace tactor::test
+}  // namespace tactor::test::contact_fit

@@ -9,8 +9,11 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/mechanics/contact_fit_subject.hpp"
 
+BOOST_AUTO_TEST_SUITE(contact_fit_test)
+
 using namespace tactor;
 using namespace tactor::test;
+using namespace tactor::test::contact_fit;
 namespace tt = boost::test_tools;
 
 BOOST_AUTO_TEST_CASE(a_wall_of_another_stiffness_is_found_at_the_first_result_or_where_it_is_far_off_at_the_second) {
@@ -488,3 +491,5 @@ BOOST_AUTO_TEST_CASE(a_result_that_is_not_finite_changes_nothing) {
   }
   BOOST_TEST(same(subject.fit.error(), known));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -8,6 +8,8 @@
 #include "tests/nodes/dynamics/node_rig.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 
+BOOST_AUTO_TEST_SUITE(energy_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -161,3 +163,5 @@ BOOST_AUTO_TEST_CASE(small_debts_and_slow_motion_are_left_alone) {
   BOOST_TEST(observer.dissipate(0.25, 10, bodies) == 0.5);
   BOOST_TEST(observer.taken() == 0.75);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -16,6 +16,8 @@
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 #include "tests/nodes/physics/mechanics/patches.hpp"
 
+BOOST_AUTO_TEST_SUITE(local_patch_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -277,3 +279,5 @@ BOOST_AUTO_TEST_CASE(a_patch_is_known_around_the_tool_of_its_result) {
   BOOST_REQUIRE(rollout.restart(model));
   BOOST_TEST(rollout.distance_from_known() == 0.0);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -13,6 +13,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
 
+BOOST_AUTO_TEST_SUITE(local_rollout_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -400,3 +402,5 @@ BOOST_AUTO_TEST_CASE(contacts_of_numbers_that_are_none_are_left_out_and_no_state
     BOOST_REQUIRE(calls == 0);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -11,6 +11,8 @@
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/mechanics/patches.hpp"
 
+BOOST_AUTO_TEST_SUITE(patch_motion_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -219,3 +221,5 @@ BOOST_AUTO_TEST_CASE(a_patch_of_any_size_moves_without_the_heap, *boost::unit_te
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

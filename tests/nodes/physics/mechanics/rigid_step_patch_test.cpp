@@ -14,6 +14,8 @@
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 #include "tests/nodes/physics/mechanics/patches.hpp"
 
+BOOST_AUTO_TEST_SUITE(rigid_step_patch_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -297,3 +299,5 @@ BOOST_AUTO_TEST_CASE(a_step_that_has_no_solution_in_numbers_leaves_all_at_rest) 
     BOOST_TEST(nodes.after.isZero(0));
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 
+BOOST_AUTO_TEST_SUITE(rigid_step_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -426,3 +428,5 @@ BOOST_AUTO_TEST_CASE(steps_allocate_nothing, *boost::unit_test::precondition(tac
   for (int i = 0; i < 20; ++i) step.advance(spring(500, 0.1), {}, {}, {query, contacts, pairs}, 1e-3, bodies);
   BOOST_TEST(thread_heap_calls() == before);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

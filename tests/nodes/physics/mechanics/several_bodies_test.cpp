@@ -9,6 +9,8 @@
 #include "nodes/physics/mechanics/free_rotation.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 
+BOOST_AUTO_TEST_SUITE(several_bodies_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -227,3 +229,5 @@ BOOST_AUTO_TEST_CASE(eight_bodies_in_a_pile_settle_and_lose_energy) {
     BOOST_TEST(force == 0.05 * 9.81 * static_cast<double>(8 - i), tt::tolerance(1e-6));
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -13,6 +13,8 @@
 #include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 
+BOOST_AUTO_TEST_SUITE(step_energy_test)
+
 using namespace tactor;
 using namespace tactor::test;
 namespace tt = boost::test_tools;
@@ -312,3 +314,5 @@ BOOST_AUTO_TEST_CASE(midpoint_steps_allocate_nothing, *boost::unit_test::precond
     BOOST_TEST(thread_heap_calls() == before);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

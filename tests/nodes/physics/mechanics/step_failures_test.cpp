@@ -6,6 +6,8 @@
 
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 
+BOOST_AUTO_TEST_SUITE(step_failures_test)
+
 using namespace tactor;
 using namespace tactor::test;
 
@@ -185,3 +187,5 @@ BOOST_AUTO_TEST_CASE(random_hard_scenes_always_converge) {
   }
   BOOST_TEST(most > 3);  // they were not easy
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -13,6 +13,8 @@
 #include "tests/nodes/physics/mesh/volume_checks.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(body_volume_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -225,3 +227,5 @@ BOOST_AUTO_TEST_CASE(a_surface_that_is_no_solid_or_too_fine_is_refused) {
                  "scene.bodies.fine.cell_size: body 'fine': cells of 0.1 mm are about 8.49e+09 tetrahedra; at most "
                  "200,000 are made. 14.1 mm gives about 3,000"));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

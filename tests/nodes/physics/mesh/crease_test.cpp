@@ -10,6 +10,8 @@
 #include "tests/nodes/dice.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(crease_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -238,3 +240,5 @@ BOOST_AUTO_TEST_CASE(the_parts_that_face_as_a_face_does_sum_to_its_area) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -11,6 +11,8 @@
 #include "tests/nodes/physics/mesh/volume_checks.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(filled_surface_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -114,3 +116,5 @@ BOOST_AUTO_TEST_CASE(a_surface_without_volume_is_refused) {
     return std::string(e.what()).starts_with("inward.off: the surface encloses a volume of -");
   });
 }
+
+BOOST_AUTO_TEST_SUITE_END()

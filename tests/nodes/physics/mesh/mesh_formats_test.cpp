@@ -11,6 +11,8 @@
 #include "tests/nodes/physics/mesh/mesh_files.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(mesh_formats_test)
+
 using namespace tactor;
 using Corners = std::vector<Vec3>;
 
@@ -262,3 +264,5 @@ BOOST_AUTO_TEST_CASE(a_file_cut_off_anywhere_is_refused_or_says_the_same) {
     if (!file.name.ends_with(".obj")) BOOST_TEST(refused + 20 > file.bytes.size());
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -9,6 +9,8 @@
 #include "nodes/physics/mesh/mass_properties.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(shapes_test)
+
 using namespace tactor;
 
 namespace {
@@ -122,3 +124,5 @@ BOOST_AUTO_TEST_CASE(a_capsule_has_the_inertia_of_the_discs_it_is_made_of) {
   BOOST_TEST(inertia(0, 0) == 0.3 / volume * across, boost::test_tools::tolerance(1e-8));
   BOOST_TEST(inertia(1, 1) == inertia(0, 0));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

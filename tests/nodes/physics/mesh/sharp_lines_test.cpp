@@ -8,6 +8,8 @@
 #include "nodes/physics/mesh/sharp_lines.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(sharp_lines_test)
+
 using namespace tactor;
 
 namespace {
@@ -73,3 +75,5 @@ BOOST_AUTO_TEST_CASE(smooth_surfaces_and_short_edges_have_none) {
   BOOST_TEST(sharp_lines(test::box({1, 2, 3}), sharp, 23.9).size() == 12U);
   BOOST_TEST(sharp_lines(test::box({1, 2, 3}), sharp, 24.1).empty());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -13,6 +13,8 @@
 #include "tests/nodes/physics/mesh/mesh_files.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(solid_file_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 
@@ -193,3 +195,5 @@ BOOST_AUTO_TEST_CASE(repairs_and_warnings_are_told_once_with_body_and_file) {
   BOOST_TEST(
       has(notes[1], "body 'stone': " + body.mesh()->file.string() + ": warning: 8 faces are more than 10,000 times"));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

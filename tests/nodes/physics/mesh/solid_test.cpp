@@ -10,6 +10,8 @@
 #include "tests/nodes/physics/mesh/mesh_files.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(solid_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -348,3 +350,5 @@ BOOST_AUTO_TEST_CASE(damaged_files_are_refused_or_are_solids_and_never_worse) {
   BOOST_TEST(refused > 0U);
   BOOST_TEST(solids > 0U);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -6,6 +6,8 @@
 #include "tests/nodes/physics/mesh/covering.hpp"
 #include "tests/nodes/shapes.hpp"
 
+BOOST_AUTO_TEST_SUITE(surface_samples_test)
+
 using namespace tactor;
 using test::covering_distance;
 using test::total_area;
@@ -210,3 +212,5 @@ BOOST_AUTO_TEST_CASE(a_spacing_that_is_too_small_is_refused_in_its_own_words) {
         .starts_with("a spacing of 0.100000 mm is too small: edges no longer than 0.025000 mm");
   });
 }
+
+BOOST_AUTO_TEST_SUITE_END()

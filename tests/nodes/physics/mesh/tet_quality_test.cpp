@@ -7,6 +7,8 @@
 
 #include "nodes/physics/mesh/tet_quality.hpp"
 
+BOOST_AUTO_TEST_SUITE(tet_quality_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -90,3 +92,5 @@ BOOST_AUTO_TEST_CASE(a_mesh_is_as_good_as_its_worst_tetrahedron) {
   BOOST_TEST(quality.worst_ratio == radius_ratio(corner(1)), tt::tolerance(1e-13));
   BOOST_TEST(quality.mean_edge == (6 * 2 * std::sqrt(2.0) + 3 + 3 * std::sqrt(2.0)) / 12, tt::tolerance(1e-13));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

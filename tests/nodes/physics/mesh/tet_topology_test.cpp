@@ -6,6 +6,8 @@
 #include "nodes/physics/mesh/box_volume.hpp"
 #include "tests/nodes/physics/mesh/volume_checks.hpp"
 
+BOOST_AUTO_TEST_SUITE(tet_topology_test)
+
 using namespace tactor;
 namespace tt = boost::test_tools;
 
@@ -145,3 +147,5 @@ BOOST_AUTO_TEST_CASE(cells_are_near_cubes_and_their_count_near_what_is_asked_for
   BOOST_TEST((box_cells({0.1, 0.05, 0.001}, {.edge = 0.02}) == std::array<std::size_t, 3>{5, 3, 1}));
   BOOST_TEST((box_cells({0.1, 0.1, 0.1}, {.tetrahedra = 1}) == std::array<std::size_t, 3>{1, 1, 1}));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -12,6 +12,8 @@
 #include "nodes/physics/mesh/volume_formats.hpp"
 #include "tests/nodes/physics/mesh/volume_checks.hpp"
 
+BOOST_AUTO_TEST_SUITE(volume_formats_test)
+
 using namespace tactor;
 namespace fs = std::filesystem;
 namespace tt = boost::test_tools;
@@ -304,3 +306,5 @@ BOOST_AUTO_TEST_CASE(a_file_cut_anywhere_is_refused) {
     }
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

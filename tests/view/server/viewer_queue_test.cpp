@@ -6,6 +6,8 @@
 #include "app/view/server/request_meter.hpp"
 #include "app/view/server/viewer_queue.hpp"
 
+BOOST_AUTO_TEST_SUITE(viewer_queue_test)
+
 using namespace tactor;
 
 namespace {
@@ -102,3 +104,5 @@ BOOST_AUTO_TEST_CASE(a_viewer_that_asks_a_little_does_not_wait) {
     now += std::chrono::milliseconds(20);
   }
 }
+
+BOOST_AUTO_TEST_SUITE_END()

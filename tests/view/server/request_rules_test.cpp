@@ -5,6 +5,8 @@
 #include <boost/test/unit_test.hpp>
 #include <set>
 
+BOOST_AUTO_TEST_SUITE(request_rules_test)
+
 using namespace tactor;
 
 BOOST_AUTO_TEST_CASE(only_names_of_this_machine_are_its_own) {
@@ -65,3 +67,5 @@ BOOST_AUTO_TEST_CASE(no_token_comes_twice) {
   BOOST_TEST(tokens.begin()->size() == 32U);
   BOOST_TEST(tokens.begin()->find_first_not_of("0123456789abcdef") == std::string::npos);
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -4,6 +4,8 @@
 #include <boost/test/unit_test.hpp>
 #include <cstring>
 
+BOOST_AUTO_TEST_SUITE(frame_queue_test)
+
 using namespace tactor;
 
 namespace {
@@ -80,3 +82,5 @@ BOOST_AUTO_TEST_CASE(a_frame_that_was_never_sent_cannot_be_acknowledged) {
   BOOST_TEST(queue.acknowledge(0));
   BOOST_TEST(!queue.acknowledge(2));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -10,6 +10,8 @@
 #include <list>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(listener_test)
+
 using namespace tactor;
 using boost::asio::ip::tcp;
 
@@ -72,3 +74,5 @@ BOOST_AUTO_TEST_CASE(without_descriptors_it_tries_ten_times_a_second_and_no_more
   io.run_for(std::chrono::seconds(20));
   BOOST_TEST(io.stopped());
 }
+
+BOOST_AUTO_TEST_SUITE_END()

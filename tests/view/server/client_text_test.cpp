@@ -3,6 +3,8 @@
 
 #include <boost/test/unit_test.hpp>
 
+BOOST_AUTO_TEST_SUITE(client_text_test)
+
 using namespace tactor;
 
 BOOST_AUTO_TEST_CASE(every_message_of_the_protocol_is_read) {
@@ -67,3 +69,5 @@ BOOST_AUTO_TEST_CASE(a_quaternion_is_made_a_unit_one) {
   BOOST_REQUIRE(input.has_value());
   BOOST_TEST((input->X_WC.R == Quat{1, 0, 0, 0}));
 }
+
+BOOST_AUTO_TEST_SUITE_END()

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <vector>
 
+BOOST_AUTO_TEST_SUITE(samples_test)
+
 using namespace tactor;
 
 namespace {
@@ -99,3 +101,5 @@ BOOST_AUTO_TEST_CASE(sections_and_chunks_are_read_as_they_were_written) {
   BOOST_TEST(sections[1].values == (std::vector<float>{4, 5, 6, 7, 8, 9}));
   BOOST_TEST((sections[2].is_set && sections[2].times == std::vector<double>{1.5} && sections[2].values.empty()));
 }
+
+BOOST_AUTO_TEST_SUITE_END()
