@@ -1,8 +1,11 @@
 #include "framework/realtime/steady_model.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Dense>
 
@@ -32,8 +35,7 @@ double interval_of(int row) {
 constexpr auto most = static_cast<int>(SteadyModel::most_states);
 using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
 using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1>;
-using ComplexMatrix = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
-using ComplexColumn = Eigen::Matrix<std::complex<double>, Eigen::Dynamic, 1, 0, most, 1>;
+using Complex4 = std::array<std::complex<double>, 4>;
 
 /// x' = A x + noise of the spectral density N.
 struct Continuous {
@@ -128,6 +130,29 @@ Matrix updated(const Matrix& P, const Column& C, double r) {
   const Column gain = update_of(P, C, r).gain;
   const Matrix kept = Matrix::Identity(P.rows(), P.rows()) - gain * C.transpose();
   return kept * P * kept.transpose() + r * gain * gain.transpose();
+}
+
+/// The solution of four equations. Eigen's takes the root of each candidate for a pivot, which is most of its time
+/// here.
+Complex4 solved(std::array<Complex4, 4> left, Complex4 right) {
+  for (std::size_t k = 0; k < 4; ++k) {
+    std::size_t pivot = k;
+    for (std::size_t i = k + 1; i < 4; ++i) {
+      if (std::norm(left[i][k]) > std::norm(left[pivot][k])) pivot = i;
+    }
+    std::swap(left[k], left[pivot]);
+    std::swap(right[k], right[pivot]);
+    for (std::size_t i = k + 1; i < 4; ++i) {
+      const std::complex<double> share = left[i][k] / left[k][k];
+      for (std::size_t j = k + 1; j < 4; ++j) left[i][j] -= share * left[k][j];
+      right[i] -= share * right[k];
+    }
+  }
+  for (std::size_t k = 4; k-- > 0;) {
+    for (std::size_t j = k + 1; j < 4; ++j) right[k] -= left[k][j] * right[j];
+    right[k] /= left[k][k];
+  }
+  return right;
 }
 
 }  // namespace
@@ -248,30 +273,35 @@ Vec3 SteadyModel::correct(const Lookup& at, const Vec3& sample) {
 }
 
 std::complex<double> SteadyModel::response(double angular_frequency, double stiffness) const {
-  const auto n = static_cast<Eigen::Index>(states_), m = static_cast<Eigen::Index>(order_);
-  const Lookup at = find(nominal_, nominal_);
-  const Row& row = rows_[at.row];
-  ComplexColumn K(n), out = ComplexColumn::Zero(n), C = ComplexColumn::Zero(n);
-  for (Eigen::Index i = 0; i < n; ++i) K[i] = row.gain[static_cast<std::size_t>(i)];
-  ComplexMatrix F = ComplexMatrix::Identity(n, n);
-  for (Eigen::Index i = 0; i < m; ++i) {
-    double step = 1;
-    for (Eigen::Index j = i + 1; j < m; ++j) F(i, j) = step *= nominal_ / static_cast<double>(j - i);
-  }
-  C[0] = out[1] = 1;
-  out[0] = stiffness;
-  if (tremor_) {
-    for (Eigen::Index i = 0; i < 4; ++i) {
-      for (Eigen::Index j = 0; j < 4; ++j) F(m + i, m + j) = row.F[static_cast<std::size_t>(4 * i + j)];
-    }
-    C[m + 2] = out[m + 3] = 1;
-    out[m + 2] = stiffness;
-  }
-  // x_k = (I - K C^T) F x_(k-1) + K z_k
-  const ComplexMatrix kept = F - K * (C.transpose() * F);
+  const Row& row = rows_[find(nominal_, nominal_).row];
+  // x_k = (I - K C^T) F x_(k-1) + K z_k, and y = (I - F / z)^-1 K solves it up to a factor, block by block: the rest
+  // has rank one.
   const std::complex<double> back = std::polar(1.0, -angular_frequency * nominal_);
-  const ComplexMatrix left = ComplexMatrix::Identity(n, n) - back * kept;
-  return out.transpose() * ComplexColumn(left.partialPivLu().solve(K));
+  Complex4 y{};
+  for (std::size_t i = order_; i-- > 0;) {
+    y[i] = row.gain[i];
+    double step = 1;
+    for (std::size_t j = i + 1; j < order_; ++j) {
+      step *= nominal_ / static_cast<double>(j - i);
+      y[i] += back * step * y[j];
+    }
+    y[i] /= 1.0 - back;
+  }
+  std::complex<double> shown = y[0], force = stiffness * y[0] + y[1];
+  double gain = row.gain[0];
+  if (tremor_) {
+    std::array<Complex4, 4> left;
+    Complex4 right;
+    for (std::size_t i = 0; i < 4; ++i) {
+      for (std::size_t j = 0; j < 4; ++j) left[i][j] = (i == j ? 1.0 : 0.0) - back * row.F[4 * i + j];
+      right[i] = row.gain[order_ + i];
+    }
+    const Complex4 tremor = solved(left, right);
+    shown += tremor[2];
+    force += stiffness * tremor[2] + tremor[3];
+    gain += row.gain[order_ + 2];
+  }
+  return force / (1.0 + shown - gain);
 }
 
 double SteadyModel::spectrum(double angular_frequency) const {
