@@ -18,8 +18,11 @@ if(NOT CMAKE_UNITY_BUILD_BATCH_SIZE)
   set(CMAKE_UNITY_BUILD_BATCH_SIZE 6)
 endif()
 
-# scripts/compile_times reads what each file took.
-set_property(GLOBAL PROPERTY RULE_LAUNCH_COMPILE "\"${CMAKE_SOURCE_DIR}/cmake/timed_compile\" \"${CMAKE_BINARY_DIR}/compile_times.txt\"")
+# scripts/compile_times and scripts/build_results read what each file and each program took.
+foreach(rule COMPILE LINK)
+  string(TOLOWER ${rule} name)
+  set_property(GLOBAL PROPERTY RULE_LAUNCH_${rule} "\"${CMAKE_SOURCE_DIR}/cmake/timed_compile\" \"${CMAKE_BINARY_DIR}/${name}_times.txt\"")
+endforeach()
 find_program(TACTOR_CCACHE ccache)
 if(TACTOR_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${TACTOR_CCACHE})

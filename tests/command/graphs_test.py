@@ -6,19 +6,7 @@ import unittest
 
 import yaml
 
-from harness import GRAPHS, CachedTest, check_loop, graph_files, graph_name, needs_meshes, needs_live, tactor
-
-
-def shipped(clock):
-    """The shipped graphs that name this clock themselves, the others extend one with a virtual clock; without those for
-    hardware, which are run beside their emulators elsewhere."""
-    for graph in graph_files():
-        tree = yaml.safe_load(graph.read_text())
-        device = tree.get("nodes", {}).get("device") or {}
-        if device.get("type", "").startswith(("modbus.", "usb.", "falcon.")):
-            continue
-        if tree.get("clock", "virtual") == clock:
-            yield graph
+from harness import GRAPHS, CachedTest, graph_files, graph_name, graphs_with_clock, needs_meshes, tactor
 
 
 @needs_meshes
@@ -45,7 +33,7 @@ class ShippedGraphs(CachedTest):
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
 
     def test_every_graph_runs(self):
-        for graph in shipped(clock="virtual"):
+        for graph in graphs_with_clock(clock="virtual"):
             with self.subTest(graph=graph_name(graph)):
                 # Past the settling time of the metrics, so that every metric is there.
                 few = () if graph.parent.name != "bunny_soft" else ("--set", "scene.bodies.bunny.tetrahedra=500")
@@ -70,7 +58,7 @@ class ShippedGraphs(CachedTest):
                 at = at[part]
 
     def test_live_graphs_say_their_clock_lanes_and_settings(self):
-        graphs = list(shipped(clock="real"))
+        graphs = list(graphs_with_clock(clock="real"))
         self.assertGreaterEqual(len(graphs), 2)
         for graph in graphs:
             with self.subTest(graph=graph_name(graph)):
@@ -119,39 +107,6 @@ nodes:
                     refused(verb, graph, "scene.bodies.tool.motion=rigid", f"methods/{graph[5:]}:4:", f"node interpolation: {name}: ",
                             "the tool 'tool' rotates", "use a prediction.* and an interpolation.* in its place")
         refused("run", "duck/rbf.yaml", "interpolation.k_t=500", "interpolation", "this one has 353.553391 N/m; set its k_t")
-
-    def assert_rising(self, metrics, *names):
-        values = [metrics[name] for name in names]
-        self.assertEqual(values, sorted(values))
-        self.assertGreaterEqual(values[0], 0)
-
-    @needs_live
-    def test_every_live_graph_runs_and_tells_its_latencies_ages_and_drops(self):
-        for graph in shipped(clock="real"):
-            with self.subTest(graph=graph_name(graph)):
-                summary = self.run_graph(graph, "--duration", "0.8")
-                self.assertEqual((summary["clock"], summary["duration_s"]), ("real", 0.8))
-                self.assertNotIn("failure", summary)
-                self.assertFalse(summary["interrupted"])
-                device = summary["device"]
-                # The ramp to zero at the end has ticks of its own.
-                self.assertGreaterEqual(device["ticks"] + device["missed"], 800)
-                self.assert_rising(device["wakeup_us"], "p50", "p99", "p99_9", "p99_99", "max")
-                self.assert_rising(device["body_us"], "p50", "p99", "max")
-                self.assert_rising(summary["end_to_end_us"], "p50", "p99", "max")
-                check_loop(self, device)
-                self.assertEqual(summary["record_drops"], 0)
-                self.assertEqual(summary["stalled"], 0)
-                edges = summary["edges"]
-                shown = [name for name in edges if name.endswith(".segment -> device.segment")]
-                self.assertEqual(len(shown), 1)
-                to_physics = next(name for name in ("device.state -> collision.device", "device.state -> dynamics.device") if name in edges)
-                for edge in (*shown, to_physics):
-                    self.assert_rising(edges[edge]["age_us"], "p50", "p99", "max")
-                for edge in edges.values():
-                    self.assertGreaterEqual(edge["drops"], 0)
-                self.assertEqual(summary["drops"], sum(edge["drops"] for edge in edges.values()))
-                self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
 
 
 # What a verb may refuse although `run` takes the graph, and the words that say why.

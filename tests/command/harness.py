@@ -13,6 +13,8 @@ import tempfile
 import time
 import unittest
 
+import yaml
+
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GRAPHS = ROOT / "graphs"
 sys.path.insert(0, str(GRAPHS))
@@ -281,6 +283,18 @@ class Terminal:
             pass
         os.close(self.file)
         return os.waitstatus_to_exitcode(status)
+
+
+def graphs_with_clock(clock):
+    """The shipped graphs that name this clock themselves, the others extend one with a virtual clock; without those for
+    hardware, which are run beside their emulators elsewhere."""
+    for graph in graph_files():
+        tree = yaml.safe_load(graph.read_text())
+        device = tree.get("nodes", {}).get("device") or {}
+        if device.get("type", "").startswith(("modbus.", "usb.", "falcon.")):
+            continue
+        if tree.get("clock", "virtual") == clock:
+            yield graph
 
 
 def check_loop(test, device):

@@ -12,6 +12,7 @@ import time
 import unittest
 import urllib.parse
 
+PATIENCE = 120  # s, for what takes a moment on an idle machine
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests/command"))
 from browser import MISSING, needs_browser, open_browser  # noqa: E402
@@ -139,7 +140,7 @@ class InABrowser(unittest.TestCase):
     def js(self, expression):
         return self.browser.execute_script(f"return {expression};")
 
-    def until(self, expression, seconds=20):
+    def until(self, expression, seconds=PATIENCE):
         end = time.monotonic() + seconds
         while not self.js(expression):
             self.assertLess(time.monotonic(), end, f"{expression}: {self.js('document.body.innerText.slice(0, 400)')}")
