@@ -199,6 +199,11 @@ function(tactor_waiting_tests)
   set_tests_properties(${ARGN} PROPERTIES PROCESSORS 1)
 endfunction()
 
+# tactor_slower_tests(NAME...): suites that `scripts/test --quick` leaves out.
+function(tactor_slower_tests)
+  set_property(TEST ${ARGN} PROPERTY LABELS)
+endfunction()
+
 # tactor_thorough_tests(NAME...): tests that `scripts/test --all` alone runs.
 function(tactor_thorough_tests)
   set_property(TEST ${ARGN} APPEND PROPERTY LABELS all)

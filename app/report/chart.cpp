@@ -145,7 +145,8 @@ Picture gnuplot(const std::string& script_text, Format format, int width, int he
   CommandResult result;
   if (why.empty()) {
     try {
-      result = run_command({.words = {"gnuplot", "--default-settings"},
+      // As a file its input is read in blocks; as what a person types it would be read by single bytes.
+      result = run_command({.words = {"gnuplot", "--default-settings", "/dev/stdin"},
                             .input = terminal(format, width, height) + style + script_text,
                             .environment = environment_of_gnuplot(),
                             .longest = longest_drawing,
