@@ -209,8 +209,8 @@ function(tactor_thorough_tests)
   set_property(TEST ${ARGN} APPEND PROPERTY LABELS all)
 endfunction()
 
-# tactor_live_tests(NAME... [QUIET NAME...]): tests in real time. They mostly wait, so that `scripts/test` runs several at once; it
-# tries each up to three times. Those after QUIET measure times, and run alone.
+# tactor_live_tests(NAME... [QUIET NAME...]): tests in real time. They mostly wait, so that `scripts/test` runs several at once; those
+# that fail get two more tries. Those after QUIET measure times, and run alone.
 function(tactor_live_tests)
   cmake_parse_arguments(ARG "" "" "QUIET" ${ARGN})
   tactor_waiting_tests(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET})

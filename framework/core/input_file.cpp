@@ -78,8 +78,8 @@ bool InputFile::read(std::string& bytes, std::uint64_t most) {
     return false;
   };
   if (size > most) return too_large();
-  // Files of the kernel show no size, so the end of the file counts.
-  bytes.assign(size, '\0');
+  // Files of the kernel show no size, so the end of the file counts. One byte more, so that it is found without growing.
+  bytes.assign(size + 1, '\0');
   std::size_t got = 0;
   while (true) {
     if (got > most) return too_large();

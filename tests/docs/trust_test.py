@@ -203,8 +203,10 @@ class Badge(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = pathlib.Path(folder.name)
 
-    def test_both_halves_of_a_run_are_counted(self):
-        self.assertEqual(badge.counted(self.write("tests.xml", 10, 2, 1), self.write("tests_live.xml", 3, 1, 0)), (9, 3, 1))
+    def test_both_halves_of_a_run_are_counted_and_what_passed_when_it_was_tried_again_has_passed(self):
+        halves = self.write("tests.xml", 10, 2, 1), self.write("tests_live.xml", 4, 2, 0)
+        self.assertEqual(badge.counted(*halves), (9, 4, 1))
+        self.assertEqual(badge.counted(*halves, self.write("tests_again.xml", 2, 1, 0)), (10, 3, 1))
         self.assertEqual(badge.words(7, 2, 1), "7 passed, 2 failed, 1 skipped")
 
     def test_the_picture_is_one_and_says_it(self):
