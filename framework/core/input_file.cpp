@@ -78,7 +78,7 @@ bool InputFile::read(std::string& bytes, std::uint64_t most) {
     return false;
   };
   if (size > most) return too_large();
-  // Files of the kernel show no size, so the end of the file counts. One byte more, so that it is found without growing.
+  // Files of the kernel show no size, so the end of the file counts. One byte more finds it without growing.
   bytes.assign(size + 1, '\0');
   std::size_t got = 0;
   while (true) {
