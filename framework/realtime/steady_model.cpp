@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <utility>
 
 #include <Eigen/Dense>
 
@@ -130,29 +129,6 @@ Matrix updated(const Matrix& P, const Column& C, double r) {
   const Column gain = update_of(P, C, r).gain;
   const Matrix kept = Matrix::Identity(P.rows(), P.rows()) - gain * C.transpose();
   return kept * P * kept.transpose() + r * gain * gain.transpose();
-}
-
-/// The solution of four equations. Eigen's takes the root of each candidate for a pivot, which is most of its time
-/// here.
-Complex4 solved(std::array<Complex4, 4> left, Complex4 right) {
-  for (std::size_t k = 0; k < 4; ++k) {
-    std::size_t pivot = k;
-    for (std::size_t i = k + 1; i < 4; ++i) {
-      if (std::norm(left[i][k]) > std::norm(left[pivot][k])) pivot = i;
-    }
-    std::swap(left[k], left[pivot]);
-    std::swap(right[k], right[pivot]);
-    for (std::size_t i = k + 1; i < 4; ++i) {
-      const std::complex<double> share = left[i][k] / left[k][k];
-      for (std::size_t j = k + 1; j < 4; ++j) left[i][j] -= share * left[k][j];
-      right[i] -= share * right[k];
-    }
-  }
-  for (std::size_t k = 4; k-- > 0;) {
-    for (std::size_t j = k + 1; j < 4; ++j) right[k] -= left[k][j] * right[j];
-    right[k] /= left[k][k];
-  }
-  return right;
 }
 
 }  // namespace
@@ -290,13 +266,17 @@ std::complex<double> SteadyModel::response(double angular_frequency, double stif
   std::complex<double> shown = y[0], force = stiffness * y[0] + y[1];
   double gain = row.gain[0];
   if (tremor_) {
-    std::array<Complex4, 4> left;
-    Complex4 right;
-    for (std::size_t i = 0; i < 4; ++i) {
-      for (std::size_t j = 0; j < 4; ++j) left[i][j] = (i == j ? 1.0 : 0.0) - back * row.F[4 * i + j];
-      right[i] = row.gain[order_ + i];
+    // The first resonator drives the second, each of two states.
+    Complex4 tremor{};
+    for (std::size_t i = 0; i < 4; i += 2) {
+      const auto F = [&](std::size_t to, std::size_t from) { return back * row.F[4 * to + from]; };
+      std::complex<double> p = row.gain[order_ + i], v = row.gain[order_ + i + 1];
+      for (std::size_t j = 0; j < i; ++j) p += F(i, j) * tremor[j], v += F(i + 1, j) * tremor[j];
+      const std::complex<double> of_p = 1.0 - F(i, i), of_v = 1.0 - F(i + 1, i + 1);
+      const std::complex<double> both = of_p * of_v - F(i, i + 1) * F(i + 1, i);
+      tremor[i] = (of_v * p + F(i, i + 1) * v) / both;
+      tremor[i + 1] = (F(i + 1, i) * p + of_p * v) / both;
     }
-    const Complex4 tremor = solved(left, right);
     shown += tremor[2];
     force += stiffness * tremor[2] + tremor[3];
     gain += row.gain[order_ + 2];
