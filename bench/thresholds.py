@@ -17,6 +17,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
 sys.path.insert(0, str(BUILD / "python"))
 
+EXACT = "local_exact"  # `local` on an encoder without steps
 COLOURS = ("black", "#d62728", "#1f77b4", "#2ca02c", "#ff7f0e", "#9467bd", "#8c564b", "#17becf")
 
 # Others' thresholds of vibration, peak displacement in um by Hz. All as quoted in row HAP-27 and HAP-28 of the ledger
@@ -29,10 +30,12 @@ STYLUS_HANDS = {"X": (0.218, 379.5, 1.839, 78.75, 4.645), "Y": (0.269, 552.4, 3.
 SIMULATED_HAND = (0.55, 6.5, 135.0)  # kg, N s/m, N/m: that of device.simulated, bolted to its handle
 
 
-def reachable(exact):
-    """The scenes in which no vibration of `local_exact` is felt, of {scene: its metrics}: an encoder without steps shows what a filter could reach."""
-    levels = {scene: metrics.get("delivered.force.vibration_above_threshold_dB", {}).get("mean") for scene, metrics in exact.items()}
-    return [scene for scene, level in levels.items() if level is not None and level < 0]
+def reachable(found):
+    """The scenes of a study in which no vibration of EXACT is felt, and the others: an encoder without steps shows what a filter could reach."""
+    levels = {row["graph"]: row["metrics"].get("delivered.force.vibration_above_threshold_dB", {}).get("mean") for row in found["rows"]
+              if row["method"] == EXACT}
+    met = [scene for scene, level in levels.items() if level is not None and level < 0]
+    return met, [scene for scene in levels if scene not in met]
 
 
 def curves():

@@ -11,6 +11,7 @@ import subprocess
 import numpy as np
 from scipy import signal
 
+import page
 import thresholds
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
@@ -22,7 +23,12 @@ SETTLING = 0.5  # s, not judged
 WEIGHT = 10  # of what is felt, beside the mean square, in the fit
 TAIL = 160.0  # Hz; above, W grows with frequency
 LAGS = 160  # samples that the fitted filter looks back
-FROZEN = "ca1e9997"  # the commit after which no constant of the filter was changed; as a number the seed of new scenes
+FROZEN = "ca1e9997"  # the commit after which no constant of the filter was changed
+
+
+def new_scenes(out):
+    """The graphs that the generator draws, into a folder of `out`, from the number of the commit FROZEN."""
+    return page.drawn_scenes(out / f"draw_{FROZEN}", int(FROZEN, 16))
 
 
 def program():
