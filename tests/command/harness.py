@@ -13,8 +13,6 @@ import tempfile
 import time
 import unittest
 
-import yaml
-
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GRAPHS = ROOT / "graphs"
 sys.path.insert(0, str(GRAPHS))
@@ -288,6 +286,8 @@ class Terminal:
 def graphs_with_clock(clock):
     """The shipped graphs that name this clock themselves, the others extend one with a virtual clock; without those for
     hardware, which are run beside their emulators elsewhere."""
+    import yaml  # most tests read no graph
+
     for graph in graph_files():
         tree = yaml.safe_load(graph.read_text())
         device = tree.get("nodes", {}).get("device") or {}
