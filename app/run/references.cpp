@@ -4,8 +4,6 @@
 #include <sys/auxv.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <system_error>
 #include <vector>
@@ -96,11 +94,7 @@ std::string reference_id(const Plan& plan) {
 
 std::map<std::string, std::string> code_hashes(const std::set<fs::path>& files) {
   std::map<std::string, std::string> hashes;
-  for (const fs::path& file : files) {
-    std::ifstream stream(file, std::ios::binary);
-    const std::string bytes(std::istreambuf_iterator<char>(stream), {});
-    hashes[file.filename().string()] = content_key({bytes});
-  }
+  for (const fs::path& file : files) hashes[file.filename().string()] = file_key(file).value_or("missing");
   return hashes;
 }
 

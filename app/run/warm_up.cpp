@@ -19,7 +19,7 @@ std::string to_bytes(const Warmth& warmth) {
 }
 
 /// Nothing where the bytes are none.
-std::optional<Warmth> warmth_from_bytes(const std::string& bytes) {
+std::optional<Warmth> warmth_from_bytes(std::string_view bytes) {
   const nlohmann::json json = nlohmann::json::parse(bytes, nullptr, false);
   if (!json.is_object()) return std::nullopt;
   const auto last = json.find("last"), when = json.find("when"), since = json.find("since_ns");
@@ -50,7 +50,7 @@ Warmth cached_warmth(const Plan& plan, const ReferenceOptions& options) {
   const DiskCache::Found found = cache.load(key);
   tell(found.note);
   if (found.bytes) {
-    if (std::optional<Warmth> known = warmth_from_bytes(*found.bytes)) return *known;
+    if (std::optional<Warmth> known = warmth_from_bytes(found.bytes->view())) return *known;
   }
   Warmth warmth = find_warmth(plan, [&options] { return !options.go_on || options.go_on(0); });
   tell(cache.store(key, to_bytes(warmth)));

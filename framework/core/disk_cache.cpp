@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/core/input_file.hpp"
 #include "framework/core/kept_folder.hpp"
 
 namespace tactor {
@@ -45,6 +46,15 @@ class Hash {
     XXH128_canonicalFromHash(&canonical, XXH3_128bits_digest(state_.get()));
     return std::to_array(canonical.digest);
   }
+  /// In hexadecimal digits.
+  [[nodiscard]] std::string text() const {
+    std::string text;
+    for (const unsigned char byte : digest()) {
+      text += "0123456789abcdef"[byte >> 4U];
+      text += "0123456789abcdef"[byte & 15U];
+    }
+    return text;
+  }
 
  private:
   struct Free {
@@ -74,12 +84,20 @@ std::string content_key(std::initializer_list<std::string_view> parts) {
     hash.add(part.size());
     hash.add(part);
   }
-  std::string text;
-  for (const unsigned char byte : hash.digest()) {
-    text += "0123456789abcdef"[byte >> 4U];
-    text += "0123456789abcdef"[byte & 15U];
+  return hash.text();
+}
+
+std::optional<std::string> file_key(const fs::path& file) {
+  InputFile input = open_input(file);
+  if (!input.file) return std::nullopt;
+  Hash hash;
+  std::string block(std::size_t{1} << 18U, '\0');
+  while (true) {
+    const std::optional<std::size_t> size = input.read_some(block.data(), block.size());
+    if (!size) return std::nullopt;
+    if (*size == 0) return hash.text();
+    hash.add(std::string_view(block).substr(0, *size));
   }
-  return text;
 }
 
 DiskCache::DiskCache(std::string kind, std::uint32_t version, fs::path folder)
@@ -117,9 +135,9 @@ DiskCache::Found DiskCache::load(const std::string& key) const {
   if (!in->read_all(&header, sizeof header) || header.magic != file_magic) return broken();
   if (header.version != version_) return {};
   if (header.zero != 0 || header.size != static_cast<std::uint64_t>(status.st_size) - sizeof header) return broken();
-  std::string bytes(header.size, '\0');
-  if (!in->read_all(bytes.data(), bytes.size())) return broken();
-  if (header.sum != checksum(kind_, key, version_, bytes)) return broken();
+  Bytes bytes(header.size);
+  if (!in->read_all(bytes.data(), header.size)) return broken();
+  if (header.sum != checksum(kind_, key, version_, bytes.view())) return broken();
   return {std::move(bytes), {}};
 }
 

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <initializer_list>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 
+#include "framework/core/large_vector.hpp"
 #include "framework/core/user_folders.hpp"
 
 namespace tactor {
@@ -15,6 +17,9 @@ namespace tactor {
 /// A key over the parts, in their order: XXH3, 128 bits, as 32 hexadecimal digits. Each part counts with its length, so
 /// that different lists give different keys.
 std::string content_key(std::initializer_list<std::string_view> parts);
+
+/// Likewise over the bytes of a file, of any size. Nothing where it cannot be read.
+std::optional<std::string> file_key(const std::filesystem::path& file);
 
 /// One file an entry, `FOLDER/KEY.KIND`. A file holds a magic, the version of the layout, the size and a checksum over
 /// all of these, the kind, the key and the bytes, so what `load` returns is what `store` was given. Several processes
@@ -28,9 +33,25 @@ class DiskCache {
   /// entries of another version count as absent.
   DiskCache(std::string kind, std::uint32_t version, std::filesystem::path folder = default_cache_folder());
 
+  /// What an entry holds. A plain text would be set to zero first, which takes longer than to read it.
+  class Bytes {
+   public:
+    /// They have no values yet.
+    explicit Bytes(std::size_t size) : data_(LargeAllocator<char>().allocate(size), Free{size}) {}
+    [[nodiscard]] char* data() { return data_.get(); }
+    [[nodiscard]] std::string_view view() const { return {data_.get(), data_.get_deleter().size}; }
+
+   private:
+    struct Free {
+      std::size_t size;
+      void operator()(char* data) const { LargeAllocator<char>().deallocate(data, size); }
+    };
+    std::unique_ptr<char, Free> data_;
+  };
+
   struct Found {
-    std::optional<std::string> bytes;  ///< empty if there is no entry or it fails its checks
-    std::string note;                  ///< why an existing entry was not used; otherwise empty
+    std::optional<Bytes> bytes;  ///< empty if there is no entry or it fails its checks
+    std::string note;            ///< why an existing entry was not used; otherwise empty
   };
   [[nodiscard]] Found load(const std::string& key) const;
 

@@ -72,6 +72,16 @@ FileDescriptor open_input_file(const fs::path& path) {
   return std::move(input.file);
 }
 
+std::optional<std::size_t> InputFile::read_some(char* bytes, std::size_t most) {
+  ssize_t n = -1;
+  do {
+    n = ::read(file.number(), bytes, most);
+  } while (n < 0 && errno == EINTR);
+  if (n >= 0) return static_cast<std::size_t>(n);
+  error = std::string("cannot be read: ") + std::strerror(errno);
+  return std::nullopt;
+}
+
 bool InputFile::read(std::string& bytes, std::uint64_t most) {
   const auto too_large = [&] {
     error = "expected at most " + std::to_string(most) + " bytes, found a larger file";
@@ -86,14 +96,10 @@ bool InputFile::read(std::string& bytes, std::uint64_t most) {
     if (got == bytes.size()) {
       bytes.resize(got + std::min<std::uint64_t>(std::max<std::uint64_t>(got / 2, 4096), most + 1 - got));
     }
-    const ssize_t n = ::read(file.number(), bytes.data() + got, bytes.size() - got);
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) {
-      error = std::string("cannot be read: ") + std::strerror(errno);
-      return false;
-    }
-    if (n == 0) break;
-    got += static_cast<std::size_t>(n);
+    const std::optional<std::size_t> more = read_some(bytes.data() + got, bytes.size() - got);
+    if (!more) return false;
+    if (*more == 0) break;
+    got += *more;
   }
   bytes.resize(got);
   return true;

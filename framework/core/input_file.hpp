@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <new>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string>
@@ -21,6 +22,9 @@ struct InputFile {
   std::string error;       ///< without the path; empty if the file is open
   bool is_missing = false;
   std::string found;  ///< what stands there instead of a file: `a folder`, `a pipe; ...`
+
+  /// Reads the next bytes, at most `most`; 0 at the end of the file. Nothing, with `error`, where the disk refuses.
+  std::optional<std::size_t> read_some(char* bytes, std::size_t most);
 
   /// Reads all bytes; false, with `error`, where there are more than `most` or the disk refuses.
   bool read(std::string& bytes, std::uint64_t most);

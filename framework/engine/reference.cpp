@@ -7,10 +7,8 @@
 #include <cmath>
 #include <cstring>
 #include <deque>
-#include <limits>
 
 #include "framework/core/check.hpp"
-#include "framework/core/input_file.hpp"
 #include "framework/engine/virtual_clock.hpp"
 
 namespace tactor {
@@ -18,13 +16,6 @@ namespace tactor {
 namespace fs = std::filesystem;
 
 namespace {
-
-std::optional<std::string> read_file(const fs::path& path) {
-  InputFile input = open_input(path);
-  std::string bytes;
-  if (!input.file || !input.read(bytes, std::numeric_limits<std::int64_t>::max())) return std::nullopt;
-  return bytes;
-}
 
 /// Collects the parts of a key, each with its length, so that no two different lists run together.
 class KeyText {
@@ -36,10 +27,7 @@ class KeyText {
   void add(double value) { add(std::to_string(std::bit_cast<std::uint64_t>(value))); }
   void add(std::int64_t value) { add(std::to_string(value)); }
   void add(const Vec3& v) { add(v.x), add(v.y), add(v.z); }
-  void add_file(const fs::path& path) {
-    const std::optional<std::string> bytes = read_file(path);
-    add(bytes ? content_key({*bytes}) : "missing");
-  }
+  void add_file(const fs::path& path) { add(file_key(path).value_or("missing")); }
   void add(const ParamInfo& info, const ParamValue& value) {
     add(info.name);
     if (const auto* b = std::get_if<bool>(&value)) add(std::int64_t{*b});
@@ -362,7 +350,7 @@ ReferenceCache::ReferenceCache(fs::path folder) : cache_("ref", layout, std::mov
 ReferenceCache::Found ReferenceCache::load(const std::string& key, const Plan& plan) const {
   DiskCache::Found found = cache_.load(key);
   if (!found.bytes) return {std::nullopt, std::move(found.note)};
-  std::optional<Reference> reference = reference_from_bytes(*found.bytes);
+  std::optional<Reference> reference = reference_from_bytes(found.bytes->view());
   if (!reference || !is_of(*reference, plan)) {
     reference.reset();
     found.note = cache_.file(key).string() +

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <iterator>
 
 #include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
@@ -126,8 +124,7 @@ void refuse_too_short(const PlannedCases& planned, const std::vector<JudgedFrom>
 std::string PlannedCases::recording_hash(std::size_t run) const {
   const RunCase& one = cases[run / seeds()];
   if (one.reference_recording.empty()) return {};
-  std::ifstream file(recording_of(one.reference_recording, graph_of(run / seeds()), seed_of(run)), std::ios::binary);
-  return content_key({std::string(std::istreambuf_iterator<char>(file), {})});
+  return file_key(recording_of(one.reference_recording, graph_of(run / seeds()), seed_of(run))).value_or("missing");
 }
 
 std::vector<RunName> PlannedCases::names() const {

@@ -197,7 +197,7 @@ CellDistance cached_cell_distance(const TriangleMesh& mesh, const CellOptions& o
   const DiskCache::Found found = cache.load(key);
   tell(found.note);
   if (found.bytes) {
-    std::optional<CellData> data = cells_from_bytes(*found.bytes);
+    std::optional<CellData> data = cells_from_bytes(found.bytes->view());
     if (data && has_faces_of(data->surface, mesh)) return CellDistance(std::move(*data));
     tell(cache.file(key).string() + ": the cached file holds no cells of this mesh; computed again and replaced");
   }

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "nodes/physics/geometry/large_vector.hpp"
+#include "framework/core/large_vector.hpp"
 #include "nodes/physics/geometry/surface.hpp"
 
 namespace tactor {

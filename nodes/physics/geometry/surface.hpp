@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "nodes/physics/geometry/large_vector.hpp"
+#include "framework/core/large_vector.hpp"
 #include "nodes/physics/geometry/triangle.hpp"
 #include "nodes/physics/mesh/mesh.hpp"
 

@@ -66,7 +66,7 @@ TetMesh filled_surface(const TriangleMesh& surface, const VolumeFineness& finene
   DiskCache::Found found = cache.load(key);
   if (!found.note.empty()) notes.push_back(std::move(found.note));
   if (found.bytes) {
-    if (std::optional<TetMesh> cached = tets_from_bytes(*found.bytes)) return std::move(*cached);
+    if (std::optional<TetMesh> cached = tets_from_bytes(found.bytes->view())) return std::move(*cached);
     notes.push_back(cache.file(key).string() + ": the cached file holds no tetrahedra; computed again and replaced");
   }
   TetMesh mesh = load_meshing_plugin("the tetrahedra of " + file).volume_mesh(surface, fineness, file);

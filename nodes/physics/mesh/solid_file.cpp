@@ -82,7 +82,7 @@ SolidFile load_within_memory(const fs::path& path, const fs::path& cache_folder)
   DiskCache::Found found = cache.load(key);
   if (!found.note.empty()) solid.notes.push_back(std::move(found.note));
   if (found.bytes) {
-    if (std::optional<SolidFile> cached = solid_from_bytes(*found.bytes)) return std::move(*cached);
+    if (std::optional<SolidFile> cached = solid_from_bytes(found.bytes->view())) return std::move(*cached);
     solid.notes.push_back(cache.file(key).string() + ": the cached file holds no solid; computed again and replaced");
   }
   try {

@@ -1,7 +1,9 @@
 // What the disk cache returns is what it was given; damage and a full or read-only disk are noted and harm nothing.
 #include <boost/test/unit_test.hpp>
 
+#include <fmt/format.h>
 #include <sys/stat.h>
+#include <xxhash.h>
 
 #include <chrono>
 #include <fstream>
@@ -38,9 +40,9 @@ BOOST_AUTO_TEST_CASE(what_was_stored_is_loaded_and_what_was_not_is_absent_withou
   BOOST_TEST(!cache.load(key).bytes);
   BOOST_TEST(cache.load(key).note.empty());
   BOOST_TEST(cache.store(key, bytes).empty());
-  BOOST_TEST(cache.load(key).bytes.value() == bytes);
+  BOOST_TEST(cache.load(key).bytes.value().view() == bytes);
   BOOST_TEST(cache.store(key, "").empty());
-  BOOST_TEST(cache.load(key).bytes.value().empty());
+  BOOST_TEST(cache.load(key).bytes.value().view().empty());
   // No part of a file is left over.
   BOOST_TEST(std::distance(fs::directory_iterator(cache.file(key).parent_path()), fs::directory_iterator()) == 1);
 }
@@ -53,6 +55,24 @@ BOOST_AUTO_TEST_CASE(keys_depend_on_every_part_and_on_where_parts_end) {
     for (std::size_t j = 0; j < i; ++j) BOOST_TEST(keys[i] != keys[j]);
   }
   BOOST_TEST(content_key({"ab"}) == keys[2]);
+}
+
+BOOST_AUTO_TEST_CASE(the_key_of_a_file_is_the_hash_of_its_bytes_whatever_its_size) {
+  const TemporaryFolder folder;
+  const fs::path file = folder.path() / "file";
+  std::string content;
+  for (const std::size_t size : {0U, 1U, 240U, 262143U, 262144U, 262145U, 1000000U}) {
+    while (content.size() < size) content += static_cast<char>(content.size() % 251);
+    write(file, content);
+    const XXH128_hash_t hash = XXH3_128bits(content.data(), content.size());
+    BOOST_TEST(file_key(file).value() == fmt::format("{:016x}{:016x}", hash.high64, hash.low64));
+  }
+  content.back() = static_cast<char>(content.back() ^ 1);
+  const std::string before = file_key(file).value();
+  write(file, content);
+  BOOST_TEST(file_key(file).value() != before);
+  BOOST_TEST(!file_key(folder.path()));
+  BOOST_TEST(!file_key(folder.path() / "no_such_file"));
 }
 
 BOOST_AUTO_TEST_CASE(an_entry_of_another_version_kind_or_key_is_not_used) {
@@ -69,7 +89,7 @@ BOOST_AUTO_TEST_CASE(an_entry_of_another_version_kind_or_key_is_not_used) {
     BOOST_TEST(found.note.find("damaged") != std::string::npos);
   }
   BOOST_TEST(newer.store(key, "new").empty());
-  BOOST_TEST(newer.load(key).bytes.value() == "new");
+  BOOST_TEST(newer.load(key).bytes.value().view() == "new");
 }
 
 BOOST_AUTO_TEST_CASE(damage_at_any_byte_and_truncation_at_any_length_are_found_and_noted) {
@@ -95,7 +115,7 @@ BOOST_AUTO_TEST_CASE(damage_at_any_byte_and_truncation_at_any_length_are_found_a
   // Eight of them changed the version, which makes an entry absent.
   BOOST_TEST(noted == damaged.size() - 8);
   BOOST_TEST(cache.store(key, bytes).empty());
-  BOOST_TEST(cache.load(key).bytes.value() == bytes);
+  BOOST_TEST(cache.load(key).bytes.value().view() == bytes);
 }
 
 BOOST_AUTO_TEST_CASE(a_folder_that_cannot_be_written_is_noted_with_the_mend) {
@@ -141,7 +161,7 @@ BOOST_AUTO_TEST_CASE(a_folder_or_an_entry_that_others_may_write_is_not_used) {
   BOOST_TEST(!cache.load(key).bytes);
   BOOST_TEST(cache.load(key).note.find("other users may write it") != std::string::npos);
   BOOST_TEST(cache.store(key, bytes).empty());
-  BOOST_TEST(cache.load(key).bytes.value() == bytes);
+  BOOST_TEST(cache.load(key).bytes.value().view() == bytes);
   fs::permissions(folder.path(), fs::perms::group_write, fs::perm_options::add);
   BOOST_TEST(!cache.load(key).bytes);
   const std::string note = cache.store(key, bytes);
@@ -203,7 +223,8 @@ BOOST_AUTO_TEST_CASE(threads_that_store_and_load_one_key_see_whole_entries) {
         for (int i = 0; i < 50; ++i) {
           if (!cache.store(key, std::string(5000, static_cast<char>('0' + t))).empty()) ++bad[t];
           const DiskCache::Found found = cache.load(key);
-          if (!found.bytes || found.bytes->find_first_not_of(found.bytes->front()) != std::string::npos) ++bad[t];
+          if (!found.bytes || found.bytes->view().find_first_not_of(found.bytes->view().front()) != std::string::npos)
+            ++bad[t];
         }
       });
     }

@@ -222,7 +222,7 @@ BOOST_AUTO_TEST_CASE(an_index_or_count_out_of_range_under_a_right_checksum_is_bu
     const CellDistance again = cached_cell_distance(shape(), options, cache, &notes);
     BOOST_TEST(to_bytes(again.data()) == bytes, "change " << i << " was believed");
     BOOST_TEST(notes.size() == 1U, "change " << i);
-    BOOST_TEST(cells_from_bytes(*cache.load(key).bytes).has_value());
+    BOOST_TEST(cells_from_bytes(cache.load(key).bytes.value().view()).has_value());
   }
 }
 
