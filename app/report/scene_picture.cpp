@@ -111,15 +111,14 @@ class Canvas {
   Canvas(int width, int height)
       : width_(width * fineness),
         height_(height * fineness),
-        near_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_),
-              -std::numeric_limits<double>::infinity()),
-        color_(near_.size()) {}
+        samples_(static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_)) {}
 
   /// `corners`: right and down in samples, and how near.
   void fill(const std::array<Vec3, 3>& corners, const Rgb& color) {
     const auto& [a, b, c] = corners;
     const double area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
     if (area == 0) return;
+    const std::array<unsigned char, 3> bytes{byte(color.r), byte(color.g), byte(color.b)};
     const int left = std::max(0, static_cast<int>(std::floor(std::min({a.x, b.x, c.x}))));
     const int right = std::min(width_ - 1, static_cast<int>(std::ceil(std::max({a.x, b.x, c.x}))));
     const int top = std::max(0, static_cast<int>(std::floor(std::min({a.y, b.y, c.y}))));
@@ -130,12 +129,9 @@ class Canvas {
         const double of_b = ((px - a.x) * (c.y - a.y) - (c.x - a.x) * (py - a.y)) / area;
         const double of_c = ((b.x - a.x) * (py - a.y) - (px - a.x) * (b.y - a.y)) / area;
         if (of_b < 0 || of_c < 0 || of_b + of_c > 1) continue;
-        const double near = a.z + of_b * (b.z - a.z) + of_c * (c.z - a.z);
-        const std::size_t i =
-            static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
-        if (near <= near_[i]) continue;
-        near_[i] = near;
-        color_[i] = color;
+        const auto near = static_cast<float>(a.z + of_b * (b.z - a.z) + of_c * (c.z - a.z));
+        Sample& sample = samples_[index(x, y)];
+        if (near > sample.near) sample = {near, bytes};
       }
     }
   }
@@ -143,6 +139,7 @@ class Canvas {
   /// Rows of red, green, blue and opacity, each behind a byte 0: a PNG's unfiltered rows.
   [[nodiscard]] std::string rows() const {
     std::string rows;
+    rows.reserve(samples_.size() * 4 / (fineness * fineness) + static_cast<std::size_t>(height_));
     for (int y = 0; y < height_; y += fineness) {
       rows += '\0';
       for (int x = 0; x < width_; x += fineness) add_pixel(rows, x, y);
@@ -151,29 +148,35 @@ class Canvas {
   }
 
  private:
+  /// Small, because setting up the memory of a canvas takes longer than to draw a scene.
+  struct Sample {
+    float near = -std::numeric_limits<float>::infinity();
+    std::array<unsigned char, 3> color{};
+  };
+
+  static unsigned char byte(double value) {
+    return static_cast<unsigned char>(std::lround(std::clamp(value, 0.0, 255.0)));
+  }
+  [[nodiscard]] std::size_t index(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x);
+  }
   void add_pixel(std::string& rows, int x, int y) const {
-    Rgb sum;
+    std::array<int, 3> sum{};
     int seen = 0;
     for (int dy = 0; dy < fineness; ++dy) {
       for (int dx = 0; dx < fineness; ++dx) {
-        const std::size_t i =
-            static_cast<std::size_t>(y + dy) * static_cast<std::size_t>(width_) + static_cast<std::size_t>(x + dx);
-        if (std::isinf(near_[i])) continue;
+        const Sample& sample = samples_[index(x + dx, y + dy)];
+        if (std::isinf(sample.near)) continue;
         ++seen;
-        sum.r += color_[i].r;
-        sum.g += color_[i].g;
-        sum.b += color_[i].b;
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += sample.color[c];
       }
     }
-    const double share = seen == 0 ? 0 : 1.0 / seen;
-    for (const double value : {share * sum.r, share * sum.g, share * sum.b, 255.0 * seen / (fineness * fineness)}) {
-      rows += static_cast<char>(static_cast<unsigned char>(std::lround(std::clamp(value, 0.0, 255.0))));
-    }
+    for (const int value : sum) rows += static_cast<char>(byte(seen == 0 ? 0 : static_cast<double>(value) / seen));
+    rows += static_cast<char>(byte(255.0 * seen / (fineness * fineness)));
   }
 
   int width_, height_;
-  std::vector<double> near_;
-  std::vector<Rgb> color_;
+  std::vector<Sample> samples_;
 };
 
 /// Where the camera's axes lie on the canvas.
