@@ -206,7 +206,7 @@ BOOST_AUTO_TEST_CASE(every_policy_does_what_its_model_does) {
 }
 
 BOOST_AUTO_TEST_CASE(two_threads_lose_what_the_policy_says_and_count_it_once) {
-  constexpr std::uint64_t messages = 200'000;
+  constexpr std::uint64_t messages = 50'000;
   for (const QueuePolicy policy : policies) {
     for (const std::uint32_t capacity : {1U, 8U}) {
       if (policy == QueuePolicy::latest && capacity > 1) continue;
@@ -243,6 +243,8 @@ BOOST_AUTO_TEST_CASE(two_threads_lose_what_the_policy_says_and_count_it_once) {
           ++taken;
         }
         if (done && !any) break;
+        // On a busy machine the writer would wait for this thread's whole slice of time.
+        if (!any) std::this_thread::yield();
         if (!any && writer.joinable() && queue.arrived() == 0) {
           // It may have ended: join it once its last message, or the loss of it, has been seen.
           if (last == messages || taken + queue.dropped() + queue.superseded() >= messages) {
