@@ -14,7 +14,7 @@
 #include "nodes/collision/primitive.hpp"
 #include "nodes/physics/cgal/exact_distance.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 using namespace tactor;
 

@@ -15,7 +15,7 @@
 #include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/refit.hpp"
 #include "nodes/prediction/sample_window.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
 
 using namespace tactor;
 using namespace tactor::test;
@@ -25,7 +25,7 @@ namespace {
 constexpr std::size_t window = 300;
 
 std::vector<Vec3> signal(std::size_t n) {
-  Draw draw(1);
+  Dice draw(1);
   std::vector<Vec3> x(n);
   for (std::size_t t = 2; t < n; ++t) x[t] = 1.2 * x[t - 1] - 0.5 * x[t - 2] + draw.normal_vector();
   return x;
@@ -33,7 +33,7 @@ std::vector<Vec3> signal(std::size_t n) {
 
 // What a physics force looks like: a slow swing, a texture of the signal above, and noise.
 std::vector<Wrench> textured(std::size_t n) {
-  Draw draw(2);
+  Dice draw(2);
   const std::vector<Vec3> texture = signal(n);
   std::vector<Wrench> w;
   for (std::size_t t = 0; t < n; ++t) {

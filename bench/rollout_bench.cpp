@@ -24,7 +24,7 @@
 #include "framework/realtime/periodic_loop.hpp"
 #include "nodes/interpolation/rollout.hpp"
 #include "nodes/prediction/local.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 using namespace tactor;
 using namespace tactor::bench;

@@ -14,8 +14,8 @@
 #include "framework/core/check.hpp"
 #include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/mechanics/rollout_parameters.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/nodes.hpp"
+#include "tests/support/shapes.hpp"
 
 namespace tactor::bench {
 

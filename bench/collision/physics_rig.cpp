@@ -1,7 +1,7 @@
 #include "bench/collision/physics_rig.hpp"
 
 #include "framework/core/check.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 namespace tactor::bench {
 

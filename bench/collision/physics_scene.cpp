@@ -10,7 +10,7 @@
 #include "framework/core/check.hpp"
 #include "nodes/physics/mesh/mass_properties.hpp"
 #include "nodes/physics/mesh/solid_file.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 namespace tactor::bench {
 

@@ -8,7 +8,7 @@
 #include "framework/core/user_folders.hpp"
 #include "nodes/collision/sdf.hpp"
 #include "nodes/physics/mesh/mass_properties.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 namespace tactor::bench {
 

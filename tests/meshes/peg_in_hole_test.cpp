@@ -3,7 +3,7 @@
 
 #include "nodes/collision/sdf.hpp"
 #include "nodes/dynamics/rigid.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(peg_in_hole_test)
 

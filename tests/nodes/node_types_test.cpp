@@ -11,7 +11,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/node/registry.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(node_types_test)
 

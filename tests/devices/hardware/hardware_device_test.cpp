@@ -6,7 +6,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/segment.hpp"
 #include "tests/devices/hardware/scripted_link.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(hardware_device_test)
 
@@ -105,10 +105,7 @@ class Bench {
     report.begin("arm", TestDevice::declare().metrics);
     device().report(report);
     remarks = report.remarks();
-    for (const auto& [key, value] : report.metrics()) {
-      if (key == name) return value;
-    }
-    return NAN;
+    return test::metrics_of(report).at(name);
   }
 
   LinkScript line;

@@ -10,7 +10,7 @@
 #include "devices/modbus/actuator.hpp"
 #include "devices/modbus/claim_names.hpp"
 #include "framework/core/temporary_folder.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(profile_test)
 

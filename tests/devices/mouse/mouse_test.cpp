@@ -9,7 +9,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(mouse_test)
 
@@ -112,9 +112,7 @@ BOOST_AUTO_TEST_CASE(a_cursor_that_stops_coming_releases_within_its_timeout_and_
   bench.leave(0.15);
   BOOST_TEST(norm(bench.commanded.force) == 0.0);
   BOOST_TEST((bench.safety.cause == SafetyCause::dead_man));
-  const Report report = test::report_of(bench.device());
-  const std::map<std::string, double> metrics(report.metrics().begin(), report.metrics().end());
-  BOOST_TEST(metrics.at("device.released_by_timeout") == 1);
+  BOOST_TEST(test::metrics_of(bench.device()).at("device.released_by_timeout") == 1);
 }
 
 BOOST_AUTO_TEST_CASE(who_comes_back_must_let_go_first) {

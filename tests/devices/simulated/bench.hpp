@@ -10,7 +10,7 @@
 
 #include "devices/simulated/simulated.hpp"
 #include "framework/core/segment.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 namespace tactor::test {
 
@@ -61,10 +61,7 @@ class Bench {
     device().safety.clear_pending();
     now_ = now_ + period_;
   }
-  [[nodiscard]] std::map<std::string, double> metrics() {
-    const Report report = report_of(device());
-    return {report.metrics().begin(), report.metrics().end()};
-  }
+  [[nodiscard]] std::map<std::string, double> metrics() { return metrics_of(device()); }
 
   std::optional<DeviceState> shown;
   DeviceState truth;

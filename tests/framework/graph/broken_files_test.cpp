@@ -16,14 +16,14 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Draw {
+struct Dice {
   boost::random::mt19937_64 engine{11};
   std::size_t operator()(std::size_t below) {
     return boost::random::uniform_int_distribution<std::size_t>(0, below - 1)(engine);
   }
 };
 
-std::string noise(Draw& draw, std::size_t size, const std::string& letters) {
+std::string noise(Dice& draw, std::size_t size, const std::string& letters) {
   std::string text(size, ' ');
   for (char& c : text) c = letters[draw(letters.size())];
   return text;
@@ -75,14 +75,14 @@ bool contains(const std::string& text, const std::string& part) {
 
 BOOST_AUTO_TEST_CASE(ten_megabytes_are_refused_whatever_they_hold) {
   const Folder folder;
-  Draw draw;
+  Dice draw;
   BOOST_TEST(contains(errors_of(folder, noise(draw, 10'000'000, all_bytes())), "expected at most 1048576 bytes"));
   BOOST_TEST(contains(errors_of(folder, std::string(1'048'577, ' ')), "found a larger file"));
 }
 
 BOOST_AUTO_TEST_CASE(noise_is_refused) {
   const Folder folder;
-  Draw draw;
+  Dice draw;
   for (const std::string& letters : {all_bytes(), std::string("[]{}:,- \n\"'#&*!|>?%@`~ab1")}) {
     for (const std::size_t size : {1, 10, 100, 1000, 100'000, 1'000'000}) {
       for (int i = 0; i < (size < 10'000 ? 300 : 2); ++i) BOOST_TEST(!loads(folder, noise(draw, size, letters)));
@@ -166,7 +166,7 @@ BOOST_AUTO_TEST_CASE(mutations_of_a_good_graph_load_or_are_refused) {
   const std::string good = whole.str();
   static_cast<void>(folder.write("trace.csv", "0.005\n"));
   BOOST_TEST(loads(folder, good));
-  Draw draw;
+  Dice draw;
   const std::string letters = "[]{}:,- \n\"'#&*!|>?%@`~ax019./_\t" + std::string("\xe2\x82\xac\xff\x01", 5);
   int graphs = 0;
   for (int round = 0; round < 3000; ++round) {

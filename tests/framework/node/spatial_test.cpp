@@ -12,7 +12,7 @@ using namespace tactor;
 
 namespace {
 
-struct Draw {
+struct Dice {
   boost::random::mt19937_64 engine{7};
   double operator()(double a, double b) { return boost::random::uniform_real_distribution<double>(a, b)(engine); }
   Vec3 vector(double size) { return {(*this)(-size, size), (*this)(-size, size), (*this)(-size, size)}; }
@@ -25,7 +25,7 @@ Eigen::Vector3d eigen(const Vec3& v) {
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(exponential_map_is_eigens_angle_axis) {
-  Draw draw;
+  Dice draw;
   for (int i = 0; i < 1000; ++i) {
     const Vec3 r = draw.vector(3.0);
     const Vec3 v = draw.vector(1.0);
@@ -35,7 +35,7 @@ BOOST_AUTO_TEST_CASE(exponential_map_is_eigens_angle_axis) {
 }
 
 BOOST_AUTO_TEST_CASE(logarithm_undoes_the_exponential_down_to_denormal_angles) {
-  Draw draw;
+  Dice draw;
   for (const double size : {1.7, 1e-2, 1e-5, 1e-9, 1e-300}) {
     for (int i = 0; i < 200; ++i) {
       const Vec3 r = draw.vector(size);
@@ -51,7 +51,7 @@ BOOST_AUTO_TEST_CASE(logarithm_takes_the_shorter_way_round) {
 }
 
 BOOST_AUTO_TEST_CASE(a_pose_times_its_inverse_is_the_identity) {
-  Draw draw;
+  Dice draw;
   for (int i = 0; i < 100; ++i) {
     const Pose X{draw.vector(2.0), from_rotation_vector(draw.vector(3.0))};
     const Pose I = X * inverse(X);

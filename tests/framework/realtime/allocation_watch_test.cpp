@@ -16,7 +16,7 @@
 #include <string>
 #include <thread>
 
-#include "tests/heap_is_counted.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(allocation_watch_test)
 

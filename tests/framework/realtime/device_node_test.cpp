@@ -11,7 +11,7 @@
 #include "framework/realtime/allocation_watch.hpp"
 #include "framework/realtime/declare_device.hpp"
 #include "tests/framework/realtime/gate_drive.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(device_node_test)
 
@@ -92,7 +92,7 @@ class Bench {
     Report report;
     report.begin("device", ScriptedDevice::declare().metrics);
     node_->report(report);
-    return {report.metrics().begin(), report.metrics().end()};
+    return test::metrics_of(report);
   }
 
   Time now;

@@ -20,7 +20,7 @@
 #include "framework/node/edge_queue.hpp"
 #include "framework/realtime/memory_lock.hpp"
 #include "framework/realtime/ring.hpp"
-#include "tests/heap_is_counted.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(periodic_loop_test)
 

@@ -16,7 +16,7 @@
 #include "framework/realtime/monotonic_clock.hpp"
 #include "framework/session/session.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
-#include "tests/framework/session/needs_live.hpp"
+#include "tests/support/needs_live.hpp"
 
 BOOST_AUTO_TEST_SUITE(requests_test)
 

@@ -7,16 +7,14 @@
 #include <optional>
 
 #include "framework/core/perception.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(running_error_test)
 
 using namespace tactor;
+using test::at_ms;
 
 namespace {
-
-Time at_ms(double t) {
-  return Time::from_seconds(t * 1e-3);
-}
 
 Wrench along(double x) {
   return {{0, x, 0}, {}};

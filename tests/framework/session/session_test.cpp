@@ -20,7 +20,7 @@
 #include "framework/engine/run_events.hpp"
 #include "framework/node/plugin.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
-#include "tests/framework/session/needs_live.hpp"
+#include "tests/support/needs_live.hpp"
 
 BOOST_AUTO_TEST_SUITE(session_test)
 

@@ -8,7 +8,7 @@
 #include "nodes/coupling/dynamic.hpp"
 #include "nodes/coupling/static.hpp"
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(coupling_test)
 

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "nodes/dynamics/dynamics_node.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 namespace tactor::test {
 
@@ -54,10 +54,7 @@ struct NodeRig {
   }
   [[nodiscard]] const PhysicsState& state() const { return sent(node.state); }
   [[nodiscard]] std::int64_t valid_ms() const { return node.state.pending_valid(0).ns / 1'000'000; }
-  [[nodiscard]] std::map<std::string, double> metrics() const {
-    const Report report = report_of(node);
-    return {report.metrics().begin(), report.metrics().end()};
-  }
+  [[nodiscard]] std::map<std::string, double> metrics() const { return metrics_of(node); }
 
   Scene scene;
   CouplingParameters coupling{.k_t = 500, .b_t = 14, .k_r = 1, .b_r = 0.01, .force_max = 8, .torque_max = 0.3};

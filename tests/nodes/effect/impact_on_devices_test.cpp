@@ -12,7 +12,7 @@
 #include "framework/node/declare.hpp"
 #include "framework/node/registry.hpp"
 #include "nodes/effect/impact.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(impact_on_devices_test)
 
@@ -109,8 +109,7 @@ Run run(const std::string& preset, const std::string& impact) {
     }
   }
   for (std::size_t n = 0; n + 1 < v.size(); ++n) result.acceleration.push_back((v[n + 1] - v[n]) / T);
-  const Report report = test::report_of(stage);
-  result.metrics = {report.metrics().begin(), report.metrics().end()};
+  result.metrics = test::metrics_of(stage);
   return result;
 }
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "nodes/effect/impact.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/effect/stage_rig.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(impact_test)
 

@@ -6,7 +6,7 @@
 
 #include "nodes/effect/lattice.hpp"
 #include "nodes/prediction/autoregression.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
 
 BOOST_AUTO_TEST_SUITE(lattice_test)
 
@@ -46,7 +46,7 @@ BOOST_AUTO_TEST_CASE(the_lattice_is_the_recursion) {
     const Reflection reflection = *Reflection::of(phi);
     const double deviation = std::sqrt(reflection.gain());  // of x where e has 1
     NormalisedLattice lattice;
-    Draw draw(3);
+    Dice draw(3);
     std::vector<double> x;
     for (std::size_t t = 0; t < 500; ++t) {
       const double e = draw.normal();
@@ -74,12 +74,12 @@ BOOST_AUTO_TEST_CASE(the_gain_is_the_sum_of_the_squared_impulse_response) {
 
 BOOST_AUTO_TEST_CASE(however_the_coefficients_change_the_signal_has_the_variance_of_the_noise) {
   NormalisedLattice lattice;
-  Draw draw(5);
+  Dice draw(5);
   double energy = 0, noise = 0, largest = 0;
   constexpr int samples = 200000;
   for (int t = 0; t < samples; ++t) {
     Reflection wild;
-    for (double& k : wild.k) k = draw.uniform(-0.999, 0.999);
+    for (double& k : wild.k) k = draw(-0.999, 0.999);
     const double e = draw.normal(), x = lattice.next(wild, e);
     energy += x * x;
     noise += e * e;

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "framework/core/segment.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/nodes.hpp"
 
 namespace tactor::test {
 
@@ -48,10 +48,7 @@ class StageRig {
     node.segment.clear_pending();
     return evaluate(last, stamp_ms(n + 1).valid).force;
   }
-  [[nodiscard]] std::map<std::string, double> metrics() const {
-    const Report report = report_of(node);
-    return {report.metrics().begin(), report.metrics().end()};
-  }
+  [[nodiscard]] std::map<std::string, double> metrics() const { return metrics_of(node); }
 
   N node;
   ForceSegment last;

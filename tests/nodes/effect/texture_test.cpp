@@ -7,8 +7,8 @@
 #include "framework/core/temporary_folder.hpp"
 #include "nodes/effect/texture.hpp"
 #include "nodes/prediction/autoregression.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/effect/stage_rig.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(texture_test)
 
@@ -81,12 +81,11 @@ BOOST_AUTO_TEST_CASE(every_filter_between_models_is_stable) {
     if (entry.path().extension() == ".yaml") files.push_back(entry.path());
   }
   BOOST_TEST(files.size() >= 3U);
-  Draw draw(2);
+  Dice draw(2);
   for (const auto& file : files) {
     const TextureModel model = TextureModel::read(file);
     for (int n = 0; n < 3000; ++n) {
-      const TextureState state =
-          model.at(draw.uniform(0, 1.3 * model.speeds().back()), draw.uniform(0, 1.3 * model.forces().back()));
+      const TextureState state = model.at(draw(0, 1.3 * model.speeds().back()), draw(0, 1.3 * model.forces().back()));
       ArFit fit;
       for (std::size_t m = 0; m < 12; ++m) {
         step_up(fit, state.reflection.k[m]);

@@ -14,7 +14,7 @@
 #include "framework/core/temporary_folder.hpp"
 #include "framework/core/value_error.hpp"
 #include "nodes/experiment/protocol.hpp"
-#include "tests/nodes/defaults.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(protocol_test)
 

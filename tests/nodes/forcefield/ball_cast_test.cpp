@@ -8,8 +8,8 @@
 #include <optional>
 
 #include "framework/core/check.hpp"
-#include "tests/nodes/dice.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(ball_cast_test)
 

@@ -4,8 +4,8 @@
 #include <map>
 #include <string>
 
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/nodes.hpp"
 
 namespace tactor::test {
 
@@ -32,21 +32,29 @@ inline void push_device(Input<DeviceState>& in, double ms, const Vec3& p) {
   in.push(stamp_ms(ms), &state);
 }
 
-/// Steps at that time; true where a segment was sent, which is put into `segment` with the time it is valid for.
-inline bool step_at(Node& node, Output<ForceSegment>& out, double ms, Stamped<ForceSegment>& segment) {
-  StepContext context(stamp_ms(ms).valid);
-  node.step(context);
-  if (out.pending() == 0) return false;
-  segment = {{out.pending_valid(0), context.now(), 0}, sent(out)};
-  out.clear_pending();
-  return true;
-}
-
+/// A field over a scene, fed with samples of the handle, and the segment that it sent last, with its time of validity.
 template <class N>
-std::map<std::string, double> metrics_of(const N& node) {
-  const Report report = report_of(node);
-  return {report.metrics().begin(), report.metrics().end()};
-}
+struct FieldRig {
+  explicit FieldRig(const typename N::Params& params, Scene s = floor_and_ball())
+      : scene(std::move(s)), node(params, context_for(scene)) {
+    node.device.configure({QueuePolicy::drop_oldest, 256});
+  }
+  void device(double ms, const Vec3& p) { push_device(node.device, ms, p); }
+  /// True where a segment was sent.
+  bool step(double ms) {
+    StepContext context(at_ms(ms));
+    node.step(context);
+    if (node.segment.pending() == 0) return false;
+    last = {{node.segment.pending_valid(0), context.now(), 0}, sent(node.segment)};
+    node.segment.clear_pending();
+    return true;
+  }
+  [[nodiscard]] Vec3 shown() const { return evaluate(last.value, last.stamp.produced).force; }
+
+  Scene scene;
+  N node;
+  Stamped<ForceSegment> last;
+};
 
 /// The InputError that `work` throws, or empty.
 template <class Work>

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "nodes/forcefield/force_grid.hpp"
-#include "tests/nodes/dice.hpp"
+#include "tests/support/dice.hpp"
 
 BOOST_AUTO_TEST_SUITE(force_grid_test)
 

@@ -6,10 +6,10 @@
 
 #include "nodes/forcefield/god_object.hpp"
 #include "nodes/physics/geometry/tree_distance.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/forcefield/field_scenes.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/heap_is_counted.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(god_object_test)
 

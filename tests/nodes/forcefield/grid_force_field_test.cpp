@@ -4,10 +4,10 @@
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/forcefield/grid.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/forcefield/field_scenes.hpp"
-#include "tests/nodes/hostile_wrench.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/heap_is_counted.hpp"
+#include "tests/support/hostile_wrench.hpp"
 
 BOOST_AUTO_TEST_SUITE(grid_force_field_test)
 
@@ -23,22 +23,14 @@ GridForceField::Params params(double cell = 0.002) {
   return p;
 }
 
-struct Rig {
-  explicit Rig(const GridForceField::Params& p = params()) : scene(floor_and_ball()), node(p, context_for(scene)) {
-    node.device.configure({QueuePolicy::drop_oldest, 256});
+struct Rig : FieldRig<GridForceField> {
+  explicit Rig(const GridForceField::Params& p = params()) : FieldRig(p) {
     node.force.configure({QueuePolicy::drop_oldest, 64});
   }
-  void device(double ms, const Vec3& p) { push_device(node.device, ms, p); }
   void force(double ms, const Vec3& F) {
     const Wrench wrench{F, {}};
     node.force.push(stamp_ms(ms), &wrench);
   }
-  bool step(double ms) { return step_at(node, node.segment, ms, last); }
-  [[nodiscard]] Vec3 shown() const { return evaluate(last.value, last.stamp.produced).force; }
-
-  Scene scene;
-  GridForceField node;
-  Stamped<ForceSegment> last;
 };
 
 }  // namespace
@@ -145,10 +137,10 @@ BOOST_AUTO_TEST_CASE(what_is_not_finite_is_kept_out_and_counted_and_keeps_nothin
 BOOST_AUTO_TEST_CASE(whatever_comes_what_is_displayed_is_finite_and_within_the_limit) {
   for (int kind = 0; kind < hostile_kinds; ++kind) {
     Rig rig;
-    Draw draw(static_cast<std::uint64_t>(kind) + 1);
+    Dice draw(static_cast<std::uint64_t>(kind) + 1);
     for (int ms = 0; ms < 2000; ++ms) {
-      rig.device(ms, draw.normal_vector(std::exp(draw.uniform(-12, ms % 7 == 0 ? 20 : -3))));
-      if (ms % 8 == 0) rig.force(ms - draw.uniform(0, 20), hostile(kind, ms / 8, draw).force);
+      rig.device(ms, draw.normal_vector(std::exp(draw(-12, ms % 7 == 0 ? 20 : -3))));
+      if (ms % 8 == 0) rig.force(ms - draw(0, 20), hostile(kind, ms / 8, draw).force);
       if (!rig.step(ms)) continue;
       BOOST_REQUIRE(is_finite(rig.shown()));
       BOOST_REQUIRE(norm(rig.shown()) <= 8 + 1e-9);
@@ -162,7 +154,7 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tac
   auto small = params();
   small.nodes = 64;  // soon full
   Rig rig(small);
-  Draw draw(3);
+  Dice draw(3);
   const auto feed = [&](int ms) {
     rig.device(ms, draw.normal_vector(0.01));
     if (ms % 10 == 0) rig.force(ms, draw.normal_vector());

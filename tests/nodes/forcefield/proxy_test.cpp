@@ -5,9 +5,9 @@
 
 #include "framework/core/segment.hpp"
 #include "nodes/forcefield/proxy.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/forcefield/field_scenes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(proxy_test)
 
@@ -22,22 +22,13 @@ ProxyForceField::Params params() {
   return p;
 }
 
-struct Rig {
-  explicit Rig(const ProxyForceField::Params& p = params(), const Scene& s = floor_and_ball())
-      : scene(s), node(p, context_for(scene)) {
-    node.device.configure({QueuePolicy::drop_oldest, 64});
-  }
-  void device(double ms, const Vec3& p) { push_device(node.device, ms, p); }
+struct Rig : FieldRig<ProxyForceField> {
+  explicit Rig(const ProxyForceField::Params& p = params(), const Scene& s = floor_and_ball()) : FieldRig(p, s) {}
   bool step(double ms) {
     node.force.clear_pending();
     node.state.clear_pending();
-    return step_at(node, node.segment, ms, last);
+    return FieldRig::step(ms);
   }
-  [[nodiscard]] Vec3 shown() const { return evaluate(last.value, last.stamp.produced).force; }
-
-  Scene scene;
-  ProxyForceField node;
-  Stamped<ForceSegment> last;
 };
 
 /// How far rounding and the point's own size may put a force off, N.

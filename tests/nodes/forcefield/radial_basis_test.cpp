@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 
 #include "nodes/forcefield/radial_basis.hpp"
-#include "tests/nodes/dice.hpp"
+#include "tests/support/dice.hpp"
 
 BOOST_AUTO_TEST_SUITE(radial_basis_test)
 

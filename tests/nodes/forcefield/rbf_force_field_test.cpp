@@ -5,9 +5,9 @@
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/collision/primitive.hpp"
 #include "nodes/forcefield/rbf.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/forcefield/field_scenes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(rbf_force_field_test)
 
@@ -27,25 +27,21 @@ RbfForceField::Params floor_params() {
   return p;
 }
 
-struct Rig {
+struct Rig : FieldRig<RbfForceField> {
   explicit Rig(const RbfForceField::Params& p = floor_params(), Scene s = floor_and_ball())
-      : scene(std::move(s)), node(p, context_for(scene)) {
-    node.device.configure({});
+      : FieldRig(p, std::move(s)) {
     node.coupling.configure({});
   }
   void push_law() { node.coupling.push({}, &coupling); }
   /// The force displayed with the device there.
   Vec3 at(const Vec3& p) {
     ++ms;
-    push_device(node.device, ms, p);
-    BOOST_REQUIRE(step_at(node, node.segment, ms, last));
-    return evaluate(last.value, last.stamp.produced).force;
+    device(ms, p);
+    BOOST_REQUIRE(step(ms));
+    return shown();
   }
 
-  Scene scene;
   CouplingParameters coupling{.k_t = k_t, .b_t = 14, .force_max = 8, .torque_max = 0.3};
-  RbfForceField node;
-  Stamped<ForceSegment> last;
   int ms = 0;
 };
 
@@ -152,13 +148,13 @@ BOOST_AUTO_TEST_CASE(the_couplings_limit_holds) {
 
 BOOST_AUTO_TEST_CASE(it_waits_for_device_and_law_and_is_stamped_with_the_device) {
   Rig rig;
-  BOOST_TEST(!step_at(rig.node, rig.node.segment, 0, rig.last));
+  BOOST_TEST(!rig.step(0));
   push_device(rig.node.device, 1, {});
-  BOOST_TEST(!step_at(rig.node, rig.node.segment, 1, rig.last));
+  BOOST_TEST(!rig.step(1));
   rig.push_law();
-  BOOST_TEST(step_at(rig.node, rig.node.segment, 2, rig.last));
+  BOOST_TEST(rig.step(2));
   BOOST_TEST(rig.last.stamp.valid.ns == stamp_ms(1).valid.ns);
-  BOOST_TEST(step_at(rig.node, rig.node.segment, 3, rig.last));
+  BOOST_TEST(rig.step(3));
   BOOST_TEST(rig.last.stamp.valid.ns == stamp_ms(1).valid.ns);
 }
 
@@ -183,7 +179,7 @@ BOOST_AUTO_TEST_CASE(a_law_of_another_stiffness_is_an_error_that_names_it) {
     rig.coupling.k_t = other;
     rig.push_law();
     push_device(rig.node.device, 1, {});
-    const std::string error = input_error([&] { step_at(rig.node, rig.node.segment, 1, rig.last); });
+    const std::string error = input_error([&] { rig.step(1); });
     BOOST_TEST(error.find("made for a coupling with k_t = 400.0") != std::string::npos, error);
     BOOST_TEST(error.find(std::to_string(other) + " N/m; set its k_t to that") != std::string::npos, error);
   }

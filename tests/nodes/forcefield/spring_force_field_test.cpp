@@ -6,8 +6,8 @@
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/forcefield/spring.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/forcefield/field_scenes.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(spring_force_field_test)
 
@@ -25,33 +25,26 @@ SpringForceField::Params spring_params(SpringForceField::Sides sides, double dam
   return p;
 }
 
-struct SpringRig {
-  explicit SpringRig(const SpringForceField::Params& p) : node(p, context_for(scene)) {
-    node.device.configure({QueuePolicy::latest, 1});
-  }
+struct SpringRig : FieldRig<SpringForceField> {
+  using FieldRig::FieldRig;
   /// The force at `axis` that is shown of a handle at `x` m with the velocity `v` as the device estimates it.
   double force(double ms, double x, double v = 0, int axis = 2) {
     DeviceState state;
     state.X_WD.p[axis] = x;
     state.V_WD.v[axis] = v;
     node.device.push(stamp_ms(ms), &state);
-    BOOST_REQUIRE(step_at(node, node.segment, ms, last));
+    BOOST_REQUIRE(step(ms));
     node.force.clear_pending();
     BOOST_TEST((last.stamp.valid == stamp_ms(ms).valid));
-    Vec3 shown = evaluate(last.value, last.stamp.produced).force;
-    const double along = shown[axis];
-    shown[axis] = 0;
-    BOOST_TEST((shown == Vec3{}));
+    Vec3 aside = shown();
+    const double along = std::exchange(aside[axis], 0);
+    BOOST_TEST((aside == Vec3{}));
     return along;
   }
   [[nodiscard]] bool takes(double ms, const DeviceState& state) {
     node.device.push(stamp_ms(ms), &state);
-    return step_at(node, node.segment, ms, last);
+    return step(ms);
   }
-
-  Scene scene = floor_and_ball();
-  SpringForceField node;
-  Stamped<ForceSegment> last;
 };
 
 constexpr double tiny = 1e-12;
@@ -112,7 +105,7 @@ BOOST_AUTO_TEST_CASE(samples_that_are_not_finite_or_not_later_show_nothing_new_a
 BOOST_AUTO_TEST_CASE(without_a_new_sample_it_shows_nothing_new) {
   SpringRig rig(spring_params(SpringForceField::Sides::two, 1));
   rig.force(1, 2e-3);
-  BOOST_TEST(!step_at(rig.node, rig.node.segment, 2, rig.last));
+  BOOST_TEST(!rig.step(2));
   BOOST_TEST(report_of(rig.node).metrics().front().second == 0.0);
 }
 

@@ -3,9 +3,9 @@
 
 #include "nodes/forcefield/static_force.hpp"
 #include "nodes/forcefield/supported_scene.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/forcefield/field_scenes.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(static_force_test)
 

@@ -6,7 +6,7 @@
 #include "nodes/interpolation/linear.hpp"
 #include "nodes/interpolation/lowpass.hpp"
 #include "nodes/interpolation/none.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
 
 BOOST_AUTO_TEST_SUITE(baselines_test)
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "framework/core/segment.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
 
 BOOST_AUTO_TEST_SUITE(bspline_test)
 
@@ -78,7 +78,7 @@ BOOST_AUTO_TEST_CASE(the_segment_is_the_printed_basis) {
 }
 
 BOOST_AUTO_TEST_CASE(the_segment_stays_within_its_control_points) {
-  Draw draw(1);
+  Dice draw(1);
   for (int trial = 0; trial < 1000; ++trial) {
     std::array<Wrench, 4> P;
     double low = 1e9;
@@ -88,7 +88,7 @@ BOOST_AUTO_TEST_CASE(the_segment_stays_within_its_control_points) {
       low = std::min(low, p.force.x);
       high = std::max(high, p.force.x);
     }
-    const double x = cubic(bspline_cubic(P), draw.uniform(0, 1));
+    const double x = cubic(bspline_cubic(P), draw(0, 1));
     BOOST_TEST((x >= low - 1e-14 && x <= high + 1e-14));
   }
 }
@@ -114,7 +114,7 @@ BOOST_AUTO_TEST_CASE(a_constant_is_reproduced_and_a_line_comes_two_periods_befor
 BOOST_AUTO_TEST_CASE(predicted_control_points_join_with_c2_where_forecasts_are_on_time) {
   for (const BSpline::Join join : {BSpline::Join::paper, BSpline::Join::continuous}) {
     Driven spline(join);
-    Draw draw(2);
+    Dice draw(2);
     ForceSegment before = spline.feed(at(0), along_x(0), along_x(0));
     for (int k = 1; k < 200; ++k) {
       const ForceSegment after = spline.feed(at(k * T), along_x(draw.normal()), along_x(draw.normal()));
@@ -129,7 +129,7 @@ BOOST_AUTO_TEST_CASE(predicted_control_points_join_with_c2_where_forecasts_are_o
 BOOST_AUTO_TEST_CASE(the_continued_curve_is_the_papers_where_forecasts_are_on_time) {
   Driven paper(BSpline::Join::paper);
   Driven continued(BSpline::Join::continuous);
-  Draw draw(3);
+  Dice draw(3);
   for (int k = 0; k < 100; ++k) {
     const Wrench x = k == 0 ? Wrench{} : along_x(draw.normal());
     const ForceSegment a = paper.feed(at(k * T), x, x);
@@ -140,7 +140,7 @@ BOOST_AUTO_TEST_CASE(the_continued_curve_is_the_papers_where_forecasts_are_on_ti
 
 BOOST_AUTO_TEST_CASE(mixed_control_points_jump_by_the_prediction_errors) {
   Driven spline(BSpline::Join::paper, BSpline::ControlPoints::mixed);
-  Draw draw(4);
+  Dice draw(4);
   double F1 = 0;
   double expected1 = 0;
   ForceSegment before = spline.feed(at(0), along_x(0), along_x(0));
@@ -160,13 +160,13 @@ BOOST_AUTO_TEST_CASE(mixed_control_points_jump_by_the_prediction_errors) {
 BOOST_AUTO_TEST_CASE(early_forecasts_keep_c2_and_late_ones_keep_the_value) {
   for (const PeriodMode mode : {PeriodMode::last, PeriodMode::mean}) {
     Driven spline(BSpline::Join::continuous, BSpline::ControlPoints::predicted, mode);
-    Draw draw(5);
+    Dice draw(5);
     Time now = at(0);
     ForceSegment before = spline.feed(now, {}, {});
     int early = 0;
     int late = 0;
     for (int k = 0; k < 2000; ++k) {
-      now = now + Duration::from_seconds(T * std::exp(draw.uniform(-1, 1)));
+      now = now + Duration::from_seconds(T * std::exp(draw(-1, 1)));
       const ForceSegment after = spline.feed(now, along_x(draw.normal()), along_x(draw.normal()));
       const bool in_time = now <= before.end;
       (in_time ? early : late) += 1;
@@ -187,12 +187,12 @@ BOOST_AUTO_TEST_CASE(hermite_joins_keep_c1_and_end_where_the_printed_segment_end
   for (const BSpline::ControlPoints points : {BSpline::ControlPoints::mixed, BSpline::ControlPoints::predicted}) {
     Driven spline(BSpline::Join::hermite, points);
     Driven printed(BSpline::Join::paper, points);
-    Draw draw(7);
+    Dice draw(7);
     Time now = at(0);
     ForceSegment before = spline.feed(now, {}, {});
     printed.feed(now, {}, {});
     for (int k = 0; k < 2000; ++k) {
-      now = now + Duration::from_seconds(T * std::exp(draw.uniform(-1, 1)));
+      now = now + Duration::from_seconds(T * std::exp(draw(-1, 1)));
       const Wrench current = along_x(draw.normal());
       const Wrench predicted = along_x(draw.normal());
       const ForceSegment after = spline.feed(now, current, predicted);
@@ -213,18 +213,18 @@ BOOST_AUTO_TEST_CASE(joined_curves_stay_bounded_on_uneven_arrivals) {
         std::pair(BSpline::Join::hermite, PeriodMode::last), std::pair(BSpline::Join::hermite, PeriodMode::mean)}) {
     for (const double spread : {0.0, 0.1, 0.7, 1.5, 3.0}) {
       Driven spline(join, BSpline::ControlPoints::predicted, mode);
-      Draw draw(6);
+      Dice draw(6);
       Time now = at(0);
       ForceSegment before = spline.feed(now, {}, {});
       double largest = 0;
       for (int k = 0; k < 20000; ++k) {
-        const Time next = now + Duration::from_seconds(T * std::exp(spread * draw.uniform(-1, 1)));
+        const Time next = now + Duration::from_seconds(T * std::exp(spread * draw(-1, 1)));
         for (int i = 0; i <= 8; ++i) {
           const Time t{now.ns + (next - now).ns * i / 8};
           largest = std::max(largest, std::abs(evaluate(before, t).force.x));
         }
         now = next;
-        before = spline.feed(now, {}, along_x(draw.uniform(-1, 1) > 0 ? 1 : -1));
+        before = spline.feed(now, {}, along_x(draw(-1, 1) > 0 ? 1 : -1));
       }
       BOOST_TEST_MESSAGE("join " << static_cast<int>(join) << " mode " << static_cast<int>(mode) << " spread " << spread
                                  << " largest " << largest);

@@ -7,8 +7,8 @@
 #include "nodes/interpolation/blend.hpp"
 #include "nodes/interpolation/catmull_rom.hpp"
 #include "nodes/interpolation/hermite.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(curves_test)
 
@@ -23,10 +23,6 @@ Duration ms(int n) {
 
 Wrench along(double x) {
   return {{x, 0, -2 * x}, {0, 0.1 * x, 0}};
-}
-
-Time at_ms(double t) {
-  return Time::from_seconds(t * 1e-3);
 }
 
 // A cubic force over seconds, with its derivatives.
@@ -50,7 +46,7 @@ Stamped<Forecast> right(const Force& force, double stamp_s, double horizon, std:
   return s;
 }
 
-Stamped<Forecast> drawn(Draw& draw, double stamp_s, double horizon, std::uint64_t n) {
+Stamped<Forecast> drawn(Dice& draw, double stamp_s, double horizon, std::uint64_t n) {
   return right([&draw](double) { return draw.normal(); }, stamp_s, horizon, Forecast::capacity, n);
 }
 
@@ -115,7 +111,7 @@ BOOST_AUTO_TEST_CASE(a_curve_of_three_steps_is_a_cubic_force_and_its_derivatives
 }
 
 BOOST_AUTO_TEST_CASE(a_curve_goes_through_its_knots_along_lines_and_is_held_at_both_ends) {
-  Draw draw(1);
+  Dice draw(1);
   for (std::int32_t count = 1; count <= Forecast::capacity; ++count) {
     for (const CurveShape shape : {CurveShape::linear, CurveShape::cubic}) {
       Stamped<Forecast> f = drawn(draw, 0.1, 0.008, 0);
@@ -163,7 +159,7 @@ BOOST_AUTO_TEST_CASE(hermite_segments_reproduce_a_cubic_force) {
 }
 
 BOOST_AUTO_TEST_CASE(a_quintic_has_the_values_slopes_and_curvatures_of_both_ends) {
-  Draw draw(3);
+  Dice draw(3);
   const auto state = [&draw] {
     return ForceState{along(draw.normal()), along(draw.normal(100)), along(draw.normal(1e4))};
   };
@@ -189,14 +185,14 @@ BOOST_AUTO_TEST_CASE(a_quintic_has_the_values_slopes_and_curvatures_of_both_ends
 
 BOOST_AUTO_TEST_CASE(hermite_joins_are_smooth_whether_forecasts_come_early_on_time_or_late) {
   const auto follow = [](auto& node, bool quintic) {
-    Draw draw(4);
+    Dice draw(4);
     Time now = at_ms(100);
     ForceSegment before = arrive(node, drawn(draw, 0.09, 0.01, 0), now);
     for (std::uint64_t k = 1; k < 60; ++k) {
-      const double kind = draw.uniform(0, 3);
+      const double kind = draw(0, 3);
       const Duration wait = kind < 1   ? before.end - before.begin
-                            : kind < 2 ? Duration::from_seconds(draw.uniform(0.004, 0.009))
-                                       : Duration::from_seconds(draw.uniform(0.012, 0.03));
+                            : kind < 2 ? Duration::from_seconds(draw(0.004, 0.009))
+                                       : Duration::from_seconds(draw(0.012, 0.03));
       const bool late = kind >= 2;
       now = now + wait;
       const ForceSegment after = arrive(node, drawn(draw, now.seconds() - 0.01, 0.01, k), now);
@@ -221,7 +217,7 @@ BOOST_AUTO_TEST_CASE(catmull_rom_is_its_own_formula) {
     for (const std::int32_t count : {1, 2, 3, 4}) {
       Driven<CatmullRom> driven(CatmullRom::Params{start});
       CatmullRom& node = driven.node;
-      Draw draw(5);
+      Dice draw(5);
       double last = 0;
       for (std::uint64_t k = 0; k < 10; ++k) {
         Stamped<Forecast> f = drawn(draw, 0.01 * static_cast<double>(k), 0.008, k);
@@ -300,7 +296,7 @@ BOOST_AUTO_TEST_CASE(blended_joins_are_smooth_whenever_forecasts_arrive_and_noth
     for (const CurveShape shape : {CurveShape::linear, CurveShape::cubic}) {
       Driven<Blend> driven(blend_params(continuity, 0.002, shape));
       Blend& node = driven.node;
-      Draw draw(6);
+      Dice draw(6);
       std::uint64_t n = 0;
       ForceSegment before = arrive(node, drawn(draw, 0, 0.01, n), at_ms(10));
       double arrival = 10;
@@ -308,15 +304,15 @@ BOOST_AUTO_TEST_CASE(blended_joins_are_smooth_whenever_forecasts_arrive_and_noth
       double now_ms = 10;
       while (now_ms < 2000) {
         // Early and late forecasts, 3 to 60 ms apart, 2 to 30 ms after their stamps, most of them between two ticks.
-        double next = std::floor(now_ms) + (draw.uniform(0, 1) < 0.05 ? 3 : 1);
+        double next = std::floor(now_ms) + (draw(0, 1) < 0.05 ? 3 : 1);
         const bool arrives = arrival <= next;
         if (arrives) next = std::max(arrival, now_ms + 0.01);
         now_ms = next;
         const Time now = at_ms(now_ms);
         ForceSegment after;
         if (arrives) {
-          after = arrive(node, drawn(draw, 1e-3 * (arrival - draw.uniform(2, 30)), 0.01, ++n), now);
-          arrival = now_ms + draw.uniform(3, 60);
+          after = arrive(node, drawn(draw, 1e-3 * (arrival - draw(2, 30)), 0.01, ++n), now);
+          arrival = now_ms + draw(3, 60);
         } else {
           after = tick(node, now);
         }

@@ -10,9 +10,9 @@
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/interpolation/direct.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
+#include "tests/support/heap_is_counted.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(direct_test)
 
@@ -27,10 +27,6 @@ constexpr double radius = 0.01;
 constexpr Material half_stiff{.stiffness = 2000, .damping = 2, .friction = 0};
 constexpr double stiffness = 1000, damping = 2;
 const CouplingParameters spring{.k_t = 500, .b_t = 14, .k_r = 0.5, .b_r = 0.005, .force_max = 8, .torque_max = 0.3};
-
-Time at_ms(double ms) {
-  return Time::from_seconds(1e-3 * ms);
-}
 
 Body ball(const std::string& name, const Vec3& p) {
   Body body;
@@ -92,13 +88,7 @@ class Subject {
   [[nodiscard]] Duration trust_time() const { return shown_.trust_time; }
   [[nodiscard]] Vec3 force(double ms) const { return evaluate(shown_, at_ms(ms)).force; }
   [[nodiscard]] double jump() const { return norm(shown_.c[0].force - displayed(before_, shown_.begin).value.force); }
-  [[nodiscard]] double metric(const std::string& name) const {
-    const Report report = report_of(node_);
-    for (const auto& [key, value] : report.metrics()) {
-      if (key == name) return value;
-    }
-    return -1;
-  }
+  [[nodiscard]] double metric(const std::string& name) const { return metrics_of(node_).at(name); }
 
   Time stamp;
 

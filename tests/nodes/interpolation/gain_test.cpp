@@ -7,9 +7,9 @@
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/interpolation/gain.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/heap_is_counted.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(gain_test)
 

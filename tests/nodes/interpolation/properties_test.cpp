@@ -11,9 +11,9 @@
 #include "framework/core/segment.hpp"
 #include "framework/node/registry.hpp"
 #include "framework/realtime/allocation_watch.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/force_stream.hpp"
-#include "tests/nodes/hostile_wrench.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/heap_is_counted.hpp"
+#include "tests/support/hostile_wrench.hpp"
 
 BOOST_AUTO_TEST_SUITE(properties_test)
 
@@ -113,9 +113,9 @@ class Subject {
 struct Arrivals {
   bool due(int ms) const { return ms >= next; }
   Time stamp(int ms) {
-    next = ms + draw.uniform(3, 40);
+    next = ms + draw(3, 40);
     before = newest;
-    newest = std::max(newest + 0.5, ms - draw.uniform(2, 30));
+    newest = std::max(newest + 0.5, ms - draw(2, 30));
     return Time::from_seconds(1e-3 * std::max(newest, 0.0));
   }
   // What `period_estimate: last` makes of them, in s: from a half of a millisecond to more than 60 ms.
@@ -123,12 +123,8 @@ struct Arrivals {
   double next = 0;
   double newest = 0;
   double before = 0;
-  Draw draw{99};
+  Dice draw{99};
 };
-
-Time at_ms(int ms) {
-  return Time{1'000'000LL * ms};
-}
 
 bool finite(const Forecast& f) {
   bool all = is_finite(f.current_D_W);
@@ -157,7 +153,7 @@ BOOST_AUTO_TEST_CASE(every_interpolation_is_under_test) {
 BOOST_AUTO_TEST_CASE(hostile_wrenches_make_nothing_that_is_not_finite_but_the_fault_passed_on) {
   for (const Recipe& recipe : recipes()) {
     for (int kind = 0; kind < hostile_kinds; ++kind) {
-      Draw draw(static_cast<std::uint64_t>(kind) + 1);
+      Dice draw(static_cast<std::uint64_t>(kind) + 1);
       Arrivals arrivals;
       Subject subject(recipe);
       bool faulty = false;
@@ -166,7 +162,7 @@ BOOST_AUTO_TEST_CASE(hostile_wrenches_make_nothing_that_is_not_finite_but_the_fa
         if (arrivals.due(ms)) {
           Forecast f;
           f.count = 1 + n % Forecast::capacity;
-          f.horizon = draw.uniform(0.003, 0.04);
+          f.horizon = draw(0.003, 0.04);
           f.current_D_W = hostile(kind, n++, draw);
           for (Wrench& step : f.predicted_D_W) step = hostile(kind, n, draw);
           faulty = !finite(f);
@@ -207,7 +203,7 @@ BOOST_AUTO_TEST_CASE(what_is_shown_stays_within_what_came_in_or_within_the_bound
   // they go through.
   for (const Recipe& recipe : recipes()) {
     if (swings(recipe)) continue;
-    Draw draw(3);
+    Dice draw(3);
     Arrivals arrivals;
     Subject subject(recipe);
     double largest = 0;
@@ -217,7 +213,7 @@ BOOST_AUTO_TEST_CASE(what_is_shown_stays_within_what_came_in_or_within_the_bound
         f.count = Forecast::capacity;
         const Time stamp = arrivals.stamp(ms);
         f.horizon = arrivals.horizon();
-        const auto bound = [&draw] { return Wrench{{draw.uniform(-1, 1) > 0 ? 8.0 : -8.0, 0, 0}, {}}; };
+        const auto bound = [&draw] { return Wrench{{draw(-1, 1) > 0 ? 8.0 : -8.0, 0, 0}, {}}; };
         f.current_D_W = bound();
         for (Wrench& step : f.predicted_D_W) step = bound();
         subject.arrive(stamp, at_ms(ms), f);
@@ -261,7 +257,7 @@ BOOST_AUTO_TEST_CASE(no_step_calls_the_heap, *boost::unit_test::precondition(tac
   for (const Recipe& recipe : recipes()) {
     BOOST_TEST(recipe.info->realtime_safe, recipe.name());
     Arrivals arrivals;
-    Draw draw(5);
+    Dice draw(5);
     Subject subject(recipe);
     std::int64_t before = 0;
     for (int ms = 0; ms < 1000; ++ms) {

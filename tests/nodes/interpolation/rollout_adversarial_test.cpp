@@ -19,10 +19,10 @@
 #include "nodes/physics/mechanics/scene_model.hpp"
 #include "nodes/physics/mesh/make_solid.hpp"
 #include "nodes/prediction/local.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/interpolation/rollout_subject.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/nodes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(rollout_adversarial_test)
 
@@ -351,15 +351,6 @@ class Display {
   ForceSegment shown_;
 };
 
-template <class N>
-double metric_of(const N& node, const std::string& name) {
-  const Report report = report_of(node);
-  for (const auto& [key, value] : report.metrics()) {
-    if (key == name) return value;
-  }
-  return -1;
-}
-
 template <class T>
 void push(Input<T>& input, int valid_ms, int ms, std::uint64_t number, const T& message) {
   input.push({at_ms(valid_ms), at_ms(ms), number}, &message);
@@ -431,8 +422,8 @@ void run(const Scene& scene, const Hand& hand, int period, Displays& shown) {
     shown.rollout.tick(rollout, ms);
     shown.direct.tick(stepped, ms);
   }
-  BOOST_TEST(metric_of(rollout, "rollout.ticks") > 0);
-  BOOST_TEST(metric_of(stepped, "direct.ticks") > 0);
+  BOOST_TEST(metrics_of(rollout).at("rollout.ticks") > 0);
+  BOOST_TEST(metrics_of(stepped).at("direct.ticks") > 0);
 }
 
 /// A tick learns of a new rate one tick late. Until then it goes on with the old rate. Then it catches up in part

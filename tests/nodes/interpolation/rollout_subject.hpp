@@ -10,8 +10,8 @@
 #include "nodes/interpolation/rollout.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
-#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
+#include "tests/support/nodes.hpp"
 
 namespace tactor::test {
 
@@ -19,10 +19,6 @@ inline constexpr double radius = 0.01;
 inline constexpr double tau = 0.002;  // s, the blend's default
 inline const CouplingParameters spring{
     .k_t = 500, .b_t = 14, .k_r = 0.5, .b_r = 0.005, .force_max = 8, .torque_max = 0.3};
-
-inline Time at_ms(double ms) {
-  return Time::from_seconds(1e-3 * ms);
-}
 
 inline Scene ball_scene(double mass, int count = 1) {
   Scene scene;
@@ -93,13 +89,7 @@ class Subject {
   [[nodiscard]] double kink() const {
     return norm(evaluate_rate(shown_, shown_.begin).force - displayed(before_, shown_.begin).rate.force);
   }
-  [[nodiscard]] double metric(const std::string& name) const {
-    const Report report = report_of(node_);
-    for (const auto& [key, value] : report.metrics()) {
-      if (key == name) return value;
-    }
-    return -1;
-  }
+  [[nodiscard]] double metric(const std::string& name) const { return metrics_of(node_).at(name); }
 
   Time stamp;
 

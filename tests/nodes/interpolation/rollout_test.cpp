@@ -14,10 +14,10 @@
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/interpolation/rollout_subject.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(rollout_test)
 

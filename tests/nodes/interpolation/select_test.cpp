@@ -6,8 +6,8 @@
 #include "framework/core/check.hpp"
 #include "framework/core/segment.hpp"
 #include "nodes/interpolation/select.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(select_test)
 

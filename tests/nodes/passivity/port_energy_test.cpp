@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
 
 BOOST_AUTO_TEST_SUITE(port_energy_test)
 
@@ -99,7 +99,7 @@ BOOST_AUTO_TEST_CASE(rounding_is_taken_off_so_that_no_true_motion_gives_more) {
   PortEnergyOptions options = plain;
   options.step = D;
   options.pessimism = 1;
-  Draw draw(4);
+  Dice draw(4);
   for (int run = 0; run < 20; ++run) {
     Port port(options);
     double truth = 0, x_before = 0, x = 0;

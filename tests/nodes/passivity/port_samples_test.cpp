@@ -5,7 +5,7 @@
 #include <cmath>
 #include <string>
 
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
 
 BOOST_AUTO_TEST_SUITE(port_samples_test)
 

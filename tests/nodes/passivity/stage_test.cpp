@@ -11,9 +11,9 @@
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/passivity/controller.hpp"
 #include "nodes/passivity/energy_bound.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/heap_is_counted.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(stage_test)
 
@@ -239,7 +239,7 @@ BOOST_AUTO_TEST_CASE(a_force_without_energy_behind_it_is_cut_and_keeps_stamp_and
 
 BOOST_AUTO_TEST_CASE(in_debt_nothing_but_a_force_against_the_motion_is_commanded) {
   for (const std::string& kind : kinds) {
-    Draw draw(8);
+    Dice draw(8);
     Loop loop(kind);
     Vec3 p;
     // A debt by a gate that commands what the stage did not send.
@@ -343,10 +343,7 @@ BOOST_AUTO_TEST_CASE(a_bound_that_was_later_than_it_foresees_says_so_after_the_r
     return report_of(static_cast<const EnergyBound&>(*loop.stage));
   };
   const auto metric = [](const Report& report, const std::string& name) {
-    for (const auto& [is, value] : report.metrics()) {
-      if (is == "passivity." + name) return value;
-    }
-    return -1.0;
+    return metrics_of(report).at("passivity." + name);
   };
   const Report on_time = reported(2, 1), no_states = reported(4, 0), no_steps = reported(0, 4);
   BOOST_TEST(metric(on_time, "ahead_most") == 3);
@@ -380,7 +377,7 @@ BOOST_AUTO_TEST_CASE(what_is_not_finite_goes_through_and_is_forgotten) {
 BOOST_AUTO_TEST_CASE(no_step_of_a_stage_calls_the_heap,
                      *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
   for (const std::string& kind : kinds) {
-    Draw draw(3);
+    Dice draw(3);
     Loop loop(kind);
     std::int64_t before = 0;
     DeviceState state;

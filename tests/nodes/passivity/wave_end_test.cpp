@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "nodes/passivity/wave_end.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
 
 BOOST_AUTO_TEST_SUITE(wave_end_test)
 
@@ -59,7 +59,7 @@ struct Line {
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(in_each_tick_the_line_takes_in_what_the_hand_gives) {
-  Draw draw(1);
+  Dice draw(1);
   for (const double b : {0.5, 20.0}) {
     WaveEnd end(b, T, 0.05);
     end.start(at_tick(0), {});
@@ -68,7 +68,7 @@ BOOST_AUTO_TEST_CASE(in_each_tick_the_line_takes_in_what_the_hand_gives) {
     Time at;
     for (int i = 0; i < 500; ++i) {
       const Vec3 way = draw.normal_vector(1e-4), force = draw.normal_vector(3);
-      at = at + Duration::from_seconds(draw.uniform(0.2e-3, 3e-3));
+      at = at + Duration::from_seconds(draw(0.2e-3, 3e-3));
       end.advance(at, way, force);
       place += way;
       given += dot(force, way);
@@ -79,7 +79,7 @@ BOOST_AUTO_TEST_CASE(in_each_tick_the_line_takes_in_what_the_hand_gives) {
 }
 
 BOOST_AUTO_TEST_CASE(a_line_whose_tool_stands_keeps_all_that_leaves) {
-  Draw draw(2);
+  Dice draw(2);
   WaveEnd end(10, T, 0.05);
   end.start(at_tick(0), {});
   double out_by = 0;
@@ -87,7 +87,7 @@ BOOST_AUTO_TEST_CASE(a_line_whose_tool_stands_keeps_all_that_leaves) {
     end.advance(at_tick(n), draw.normal_vector(1e-4), draw.normal_vector(2));
     if (n != next) continue;
     // Uneven results. All of the wave turns back, whatever it was within the period.
-    next += 1 + static_cast<int>(draw.uniform(3, 25));
+    next += 1 + static_cast<int>(draw(3, 25));
     out_by = end.energy_out();
     end.arrive({at_tick(n), {}, end.outgoing()}, at_tick(n));
     BOOST_TEST(std::abs(end.energy_brought() - out_by) < 1e-12 * out_by);
@@ -174,7 +174,7 @@ BOOST_AUTO_TEST_CASE(at_rest_the_line_is_a_spring_of_impedance_over_half_the_tim
 }
 
 BOOST_AUTO_TEST_CASE(a_far_end_that_gives_energy_cannot_give_more_than_left) {
-  Draw draw(5);
+  Dice draw(5);
   WaveEnd end(10, T, 0.05);
   end.start(at_tick(0), {});
   Vec3 acting, next;

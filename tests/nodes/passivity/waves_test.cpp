@@ -8,9 +8,9 @@
 #include "framework/core/segment.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/passivity/waves.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/heap_is_counted.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(waves_test)
 
@@ -100,7 +100,7 @@ BOOST_AUTO_TEST_CASE(the_tool_is_dragged_by_a_damper_of_the_impedance) {
 
 BOOST_AUTO_TEST_CASE(the_wave_that_leaves_is_of_the_force_commanded_and_of_the_way_shown) {
   const double b = default_params<Waves>().impedance;
-  Draw draw(4);
+  Dice draw(4);
   Loop loop;
   Vec3 p, place;
   for (int i = 0; i < 300; ++i) {
@@ -266,7 +266,7 @@ BOOST_AUTO_TEST_CASE(an_impedance_that_the_handle_cannot_bear_is_refused) {
 
 BOOST_AUTO_TEST_CASE(no_step_of_the_line_calls_the_heap,
                      *boost::unit_test::precondition(tactor::test::heap_is_counted)) {
-  Draw draw(3);
+  Dice draw(3);
   Loop loop;
   std::int64_t before = 0;
   Vec3 p;

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "nodes/prediction/sample_window.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
 
 BOOST_AUTO_TEST_SUITE(autoregression_test)
 
@@ -24,7 +24,7 @@ std::vector<double> lags_of(const Signal& x, int order) {
 }
 
 // Signals that fits are known to fail on.
-Signal adversarial(int kind, std::size_t n, Draw& draw) {
+Signal adversarial(int kind, std::size_t n, Dice& draw) {
   Signal x(n);
   for (std::size_t t = 0; t < n; ++t) {
     const double s = static_cast<double>(t);
@@ -102,7 +102,7 @@ BOOST_AUTO_TEST_CASE(coefficients_of_a_known_process_are_recovered) {
 BOOST_AUTO_TEST_CASE(coefficients_do_not_depend_on_the_frame_or_the_unit) {
   const Signal x = auto_regressive({0.9, -0.3}, 300, 5);
   const ArFit fit = fit_yule_walker(lags_of(x, 10), {.max_order = 10});
-  Draw draw(6);
+  Dice draw(6);
   for (const double unit : {1e-6, 1.0, 1e6}) {
     const Quat R = from_rotation_vector(draw.normal_vector());
     Signal turned = x;
@@ -132,7 +132,7 @@ BOOST_AUTO_TEST_CASE(final_prediction_error_is_akaikes) {
 }
 
 BOOST_AUTO_TEST_CASE(roots_of_every_fit_are_inside_the_unit_circle) {
-  Draw draw(9);
+  Dice draw(9);
   for (int kind = 0; kind < adversarial_kinds; ++kind) {
     for (int order = 1; order <= 20; ++order) {
       const std::vector<double> r = lags_of(adversarial(kind, 300, draw), order);
@@ -155,7 +155,7 @@ BOOST_AUTO_TEST_CASE(nothing_is_fitted_to_no_energy) {
 }
 
 BOOST_AUTO_TEST_CASE(sliding_autocovariance_is_the_one_from_scratch) {
-  Draw draw(11);
+  Dice draw(11);
   AutocovarianceWindow window(60, 8, false);
   Signal all;
   std::vector<double> r(8);

@@ -13,8 +13,8 @@
 #include "nodes/prediction/trend_filter.hpp"
 #include "nodes/prediction/uniform_grid.hpp"
 #include "nodes/prediction/whittle.hpp"
-#include "tests/nodes/force_stream.hpp"
-#include "tests/nodes/hostile_wrench.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/hostile_wrench.hpp"
 
 BOOST_AUTO_TEST_SUITE(estimators_test)
 
@@ -202,7 +202,7 @@ BOOST_AUTO_TEST_CASE(every_order_of_one_factorisation_is_the_fit_of_that_order) 
 
 BOOST_AUTO_TEST_CASE(a_regressor_without_energy_weighs_nothing) {
   NormalEquations sums(3);
-  Draw draw(1);
+  Dice draw(1);
   for (int t = 0; t < 50; ++t) {
     const Vec3 a = draw.normal_vector();
     const Vec3 b = draw.normal_vector();
@@ -231,11 +231,11 @@ BOOST_AUTO_TEST_CASE(criteria_are_as_published) {
 }
 
 BOOST_AUTO_TEST_CASE(stability_by_step_down_agrees_with_the_roots) {
-  Draw draw(12);
+  Dice draw(12);
   int stable = 0;
   constexpr int trials = 2000;
   for (int trial = 0; trial < trials; ++trial) {
-    std::vector<double> phi(static_cast<std::size_t>(draw.uniform(1, 9)));
+    std::vector<double> phi(static_cast<std::size_t>(draw(1, 9)));
     for (double& p : phi) p = draw.normal(0.5);
     const double radius = spectral_radius(phi, 1);
     if (std::abs(radius - 1) < 1e-6) continue;
@@ -252,7 +252,7 @@ BOOST_AUTO_TEST_CASE(every_fit_of_every_method_is_stable) {
     for (int kind = 3; kind < hostile_kinds; ++kind) {
       if (kind == 5) continue;  // squares that overflow never reach an estimator
       for (const int order : {0, 1, 3, 20}) {
-        Draw draw(static_cast<std::uint64_t>(kind));
+        Dice draw(static_cast<std::uint64_t>(kind));
         ArEstimator estimator(
             {.method = method, .window = 60, .max_order = 20, .remove_mean = false, .forgetting = 0.99});
         for (int t = 0; t < 200; ++t) {
@@ -269,7 +269,7 @@ BOOST_AUTO_TEST_CASE(every_fit_of_every_method_is_stable) {
 }
 
 BOOST_AUTO_TEST_CASE(whittle_solves_the_block_toeplitz_system) {
-  Draw draw(13);
+  Dice draw(13);
   Eigen::Matrix3d Phi;
   Phi << 0.5, 0.3, 0, -0.2, 0.6, 0.1, 0, 0.2, 0.4;
   Signal x(400);
@@ -314,7 +314,7 @@ BOOST_AUTO_TEST_CASE(whittle_solves_the_block_toeplitz_system) {
 BOOST_AUTO_TEST_CASE(whittle_is_stable_whatever_comes) {
   for (int kind = 3; kind < hostile_kinds; ++kind) {
     if (kind == 5) continue;
-    Draw draw(static_cast<std::uint64_t>(kind));
+    Dice draw(static_cast<std::uint64_t>(kind));
     Signal x;
     for (int t = 0; t < 200; ++t) x.push_back(hostile(kind, t, draw).force);
     for (const OrderRule rule : {OrderRule::highest, OrderRule::fpe}) {
@@ -357,11 +357,11 @@ BOOST_AUTO_TEST_CASE(gain_of_the_trend_filter_meets_the_riccati_equation) {
 
 BOOST_AUTO_TEST_CASE(trend_filter_meets_a_parabola_on_uneven_times) {
   TrendFilter filter(Trend::constant_acceleration, 0.05, 0.005, 10);
-  Draw draw(2);
+  Dice draw(2);
   double t = 0;
   const auto x = [](double s) { return Vec3{1 + 2 * s - 3 * s * s, s * s, 4}; };
   for (int k = 0; k < 100; ++k) {
-    const double interval = draw.uniform(0.005, 0.02);
+    const double interval = draw(0.005, 0.02);
     t += interval;
     filter.take(interval, x(t));
     if (k > 5) BOOST_REQUIRE(norm(filter.ahead(0.01) - x(t + 0.01)) < 1e-5);
@@ -373,12 +373,12 @@ BOOST_AUTO_TEST_CASE(trend_filter_meets_a_parabola_on_uneven_times) {
 
 BOOST_AUTO_TEST_CASE(grid_reads_a_line_at_even_times) {
   UniformGrid grid;
-  Draw draw(5);
+  Dice draw(5);
   double ms = 0;
   Stamped<Wrench> out;
   Time last{-1};
   for (int k = 0; k < 500; ++k) {
-    ms += draw.uniform(5, 15);
+    ms += draw(5, 15);
     grid.push({stamp_ms(ms), {{1e-3 * ms, 2, 0}, {}}});
     while (grid.next(out)) {
       BOOST_REQUIRE(std::abs(out.value.force.x - out.stamp.valid.seconds()) < 1e-8);

@@ -9,9 +9,9 @@
 #include "nodes/prediction/ar.hpp"
 #include "nodes/prediction/ar_coefficients.hpp"
 #include "nodes/prediction/refit.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
-#include "tests/nodes/hostile_wrench.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/hostile_wrench.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(guards_test)
 
@@ -62,7 +62,7 @@ struct Chain {
     Report report = report_of(predictor);
     report.begin("refitter", Refitter::declare().metrics);
     refitter.report(report);
-    return {report.metrics().begin(), report.metrics().end()};
+    return metrics_of(report);
   }
   int time = 0;
   Refitter refitter;
@@ -79,7 +79,7 @@ BOOST_AUTO_TEST_CASE(no_prediction_is_beyond_the_device_whatever_comes) {
   for (int kind = 0; kind < hostile_kinds; ++kind) {
     for (const Detrend detrend : {Detrend::none, Detrend::mean, Detrend::difference}) {
       for (const int order : {0, 3, 20}) {
-        Draw draw(static_cast<std::uint64_t>(kind) + 1);
+        Dice draw(static_cast<std::uint64_t>(kind) + 1);
         Chain chain(detrend, order);
         for (int t = 0; t < 1500; ++t) {
           const Forecast f = chain.feed(hostile(kind, t, draw));
@@ -94,9 +94,9 @@ BOOST_AUTO_TEST_CASE(no_prediction_is_beyond_the_device_whatever_comes) {
 BOOST_AUTO_TEST_CASE(one_window_after_trouble_predictions_are_as_if_nothing_had_been) {
   for (int kind = 1; kind < hostile_kinds; ++kind) {
     for (const Detrend detrend : {Detrend::none, Detrend::mean, Detrend::difference}) {
-      Draw draw(7);
-      Draw noise_a(8);
-      Draw noise_b(8);
+      Dice draw(7);
+      Dice noise_a(8);
+      Dice noise_b(8);
       Chain troubled(detrend, 3);
       Chain calm(detrend, 3);
       for (int t = 0; t < 200; ++t) {
@@ -117,7 +117,7 @@ BOOST_AUTO_TEST_CASE(one_window_after_trouble_predictions_are_as_if_nothing_had_
 
 BOOST_AUTO_TEST_CASE(a_sample_that_is_not_finite_is_left_out_and_counted_once) {
   for (const Detrend detrend : {Detrend::none, Detrend::mean, Detrend::difference}) {
-    Draw draw(3);
+    Dice draw(3);
     Chain with(detrend, 3);
     Chain without(detrend, 3);
     for (int t = 0; t < 300; ++t) {
@@ -149,7 +149,7 @@ BOOST_AUTO_TEST_CASE(a_force_of_zero_is_held) {
 BOOST_AUTO_TEST_CASE(a_constant_force_stays_constant_about_the_mean_and_over_differences) {
   for (const Detrend detrend : {Detrend::mean, Detrend::difference}) {
     Chain chain(detrend);
-    Draw draw(4);
+    Dice draw(4);
     // Noise first, so that coefficients were fitted before the force turned constant.
     for (int t = 0; t < 100; ++t) chain.feed({draw.normal_vector(), {}});
     const Vec3 constant{3.0, -1.1, 0.7};
@@ -177,8 +177,7 @@ BOOST_AUTO_TEST_CASE(warm_up_is_counted_apart_from_fallbacks) {
     const Forecast f = step_with(ar, ar.force, stamp_ms(t), {{1, 0, 0}, {}}, ar.forecast);
     BOOST_TEST((f.fallback == 1) == (t < 3));
   }
-  const Report report = report_of(ar);
-  std::map<std::string, double> metrics(report.metrics().begin(), report.metrics().end());
+  auto metrics = metrics_of(ar);
   BOOST_TEST(metrics["prediction.warm_up"] == 3.0);
   BOOST_TEST(metrics["fallbacks"] == 0.0);
 }

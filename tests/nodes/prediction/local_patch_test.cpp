@@ -7,9 +7,9 @@
 
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/prediction/local.hpp"
-#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
 #include "tests/nodes/physics/mechanics/patches.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(local_patch_test)
 
@@ -51,15 +51,14 @@ class Subject {
     node_.coupling.push({}, &coupling);
     for (int ms = 0; ms <= 40; ++ms) {
       const DeviceState device;
-      node_.device.push(stamped(ms), &device);
+      node_.device.push(stamp_ms(ms), &device);
     }
   }
-  static Stamp stamped(int ms) { return {Time{ms * 1'000'000LL}, Time{ms * 1'000'000LL}, 0}; }
-  void patch(int ms, const LocalPatch& patch) { node_.patch.push(stamped(ms), &patch); }
+  void patch(int ms, const LocalPatch& patch) { node_.patch.push(stamp_ms(ms), &patch); }
   /// True where a model is sent for the result of that time.
   bool result(int ms) {
     const BodyStates bodies = one_body({});
-    Stamp stamp = stamped(ms);
+    Stamp stamp = stamp_ms(ms);
     stamp.sequence = sequence_++;
     node_.bodies.push(stamp, &bodies);
     StepContext context(Time{40'000'000});
@@ -69,12 +68,7 @@ class Subject {
     node_.model.clear_pending();
     return any;
   }
-  [[nodiscard]] double metric(const std::string& name) const {
-    const Report report = report_of(node_);
-    const std::map<std::string, double> all(report.metrics().begin(), report.metrics().end());
-    BOOST_REQUIRE(all.count(name) == 1U);
-    return all.at(name);
-  }
+  [[nodiscard]] double metric(const std::string& name) const { return metrics_of(node_).at(name); }
   LocalModel model;
 
  private:

@@ -10,9 +10,9 @@
 
 #include "framework/node/registry.hpp"
 #include "framework/realtime/allocation_watch.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/force_stream.hpp"
-#include "tests/nodes/hostile_wrench.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/heap_is_counted.hpp"
+#include "tests/support/hostile_wrench.hpp"
 
 BOOST_AUTO_TEST_SUITE(predictor_properties_test)
 
@@ -186,10 +186,7 @@ class Subject {
       report.begin("refitter", recipe_->refitter->metrics);
       refitter_->report(report);
     }
-    for (const auto& [key, value] : report.metrics()) {
-      if (key == name) return value;
-    }
-    return 0;
+    return metrics_of(report).at(name);
   }
 
  private:
@@ -213,9 +210,9 @@ class Subject {
 
 // Physics of an uneven rate: 7 to 13 ms.
 struct Clock {
-  double next() { return now += draw.uniform(7, 13); }
+  double next() { return now += draw(7, 13); }
   double now = 0;
-  Draw draw{99};
+  Dice draw{99};
 };
 
 // A texture with noise, different in force and torque.
@@ -231,7 +228,7 @@ class Texture {
   }
 
  private:
-  Draw draw_;
+  Dice draw_;
   Wrench x1_, x2_;
 };
 
@@ -272,7 +269,7 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_finite_and_within_the_device_whatever_comes
   for (const Recipe& recipe : recipes()) {
     for (int kind = 0; kind < hostile_kinds; ++kind) {
       for (const double unit : {1e-6, 1.0, 1e6}) {
-        Draw draw(static_cast<std::uint64_t>(kind) + 1);
+        Dice draw(static_cast<std::uint64_t>(kind) + 1);
         Clock clock;
         Subject subject(recipe);
         for (int t = 0; t < 200; ++t) {
@@ -287,12 +284,12 @@ BOOST_AUTO_TEST_CASE(what_is_sent_is_finite_and_within_the_device_whatever_comes
 
 BOOST_AUTO_TEST_CASE(times_that_stand_still_jump_or_run_back_do_no_harm) {
   for (const Recipe& recipe : recipes()) {
-    Draw draw(4);
+    Dice draw(4);
     Texture texture(5);
     Subject subject(recipe);
     double ms = 0;
     for (int t = 0; t < 300; ++t) {
-      const double dice = draw.uniform(0, 1);
+      const double dice = draw(0, 1);
       ms += dice < 0.1 ? 0 : dice < 0.2 ? -5 : dice < 0.25 ? 1e-6 : dice < 0.27 ? 5e4 : 10;
       ms = std::max(ms, 0.0);
       const Forecast f = subject.feed(ms, texture.next(), 1);
@@ -410,7 +407,7 @@ BOOST_AUTO_TEST_CASE(another_unit_of_force_scales_the_prediction) {
 BOOST_AUTO_TEST_CASE(a_while_after_trouble_predictions_are_as_good_as_without_it) {
   for (const Recipe& recipe : recipes()) {
     for (int kind = 1; kind < hostile_kinds; ++kind) {
-      Draw draw(7);
+      Dice draw(7);
       Clock clock;
       Texture texture(9);
       Subject troubled(recipe);

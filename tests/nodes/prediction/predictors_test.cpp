@@ -13,8 +13,8 @@
 #include "nodes/prediction/linear_position.hpp"
 #include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/refit.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(predictors_test)
 
@@ -98,7 +98,7 @@ BOOST_AUTO_TEST_CASE(the_same_prediction_has_two_writings) {
   Driven<ArPredictor> c(about_mean);
   ArPredictor::Params defaults;
   Driven<ArPredictor> d(defaults);
-  Draw draw(1);
+  Dice draw(1);
   for (int t = 0; t < 50; ++t) {
     const Wrench w{draw.normal_vector(), draw.normal_vector()};
     const Vec3 expected = a.feed(t, w).predicted_D_W[0].force;
@@ -162,7 +162,7 @@ BOOST_AUTO_TEST_CASE(a_refitted_predictor_follows_a_known_process) {
   ArPredictor::Params ar;
   Driven<ArPredictor> predictor(ar);
   predictor.node.coefficients.configure({QueuePolicy::latest, 1});
-  Draw draw(2);
+  Dice draw(2);
   Wrench x1;
   Wrench x2;
   Vec3 expected;
@@ -191,8 +191,7 @@ BOOST_AUTO_TEST_CASE(a_refitted_predictor_follows_a_known_process) {
   }
   BOOST_TEST(std::sqrt(error / judged) < 0.01 * std::sqrt(3.0) * 1.05);
   // The roots of z^2 - 1.6 z + 0.8 have the modulus sqrt(0.8).
-  const Report report = report_of(refitter);
-  const std::map<std::string, double> metrics(report.metrics().begin(), report.metrics().end());
+  const auto metrics = metrics_of(refitter);
   BOOST_TEST(std::abs(metrics.at("refit.spectral_radius_median") - std::sqrt(0.8)) < 0.02);
   BOOST_TEST(metrics.at("refit.spectral_radius_max") < 1.0);
   BOOST_TEST(metrics.at("refit.unstable") == 0.0);
@@ -204,7 +203,7 @@ BOOST_AUTO_TEST_CASE(refits_come_once_a_period) {
   p.period = 7;
   Refitter refitter(p, context(false));
   refitter.force.configure({QueuePolicy::drop_oldest, 512});
-  Draw draw(3);
+  Dice draw(3);
   int sent = 0;
   for (int t = 0; t < 100; ++t) {
     const Wrench x{draw.normal_vector(), {}};
@@ -320,7 +319,7 @@ BOOST_AUTO_TEST_CASE(an_axis_without_force_does_not_keep_a_recursive_fit_from_be
   constexpr int order = 3;
   Refitter refitter(recursive_per_axis(order), context(false));
   refitter.force.configure({QueuePolicy::drop_oldest, 512});
-  Draw draw(3);
+  Dice draw(3);
   int first = 0;
   for (int t = 1; t <= 30 && first == 0; ++t) {
     const Wrench x{{0, draw.normal(), 0}, {}};
@@ -341,7 +340,7 @@ BOOST_AUTO_TEST_CASE(a_window_of_time_is_refitted_once_it_is_full_of_time) {
   p.order = 2;
   Refitter refitter(p, context(false));
   refitter.force.configure({QueuePolicy::drop_oldest, 512});
-  Draw draw(3);
+  Dice draw(3);
   for (int t = 0; t < 100; ++t) {
     const Wrench x{draw.normal_vector(), {}};
     refitter.force.push(stamp_ms(10 * t), &x);
@@ -365,10 +364,10 @@ BOOST_AUTO_TEST_CASE(coefficients_on_a_grid_are_applied_at_even_times_and_carrie
   c.force[0] = c.torque[0] = 2;
   c.force[1] = c.torque[1] = -1;
   ar.node.coefficients.push(stamp_ms(0), &c);
-  Draw draw(6);
+  Dice draw(6);
   double ms = 0;
   for (int t = 0; t < 100; ++t) {
-    const double interval = draw.uniform(3, 30);
+    const double interval = draw(3, 30);
     ms += interval;
     const Forecast f = ar.feed(ms, ramp(ms));
     if (t < 8) continue;
@@ -467,9 +466,9 @@ BOOST_AUTO_TEST_CASE(linear_position_meets_a_spring_along_a_straight_way) {
     static Pose path(double ms) { return {{0, 0.02e-3 * ms, 0}, from_rotation_vector({0, 0, 0.5e-3 * ms})}; }
   };
   double ms = 0;
-  Draw draw(1);
+  Dice draw(1);
   for (int t = 0; t < 60; ++t) {
-    ms += std::round(draw.uniform(6, 10));
+    ms += std::round(draw(6, 10));
     for (; node.device_ms <= ms + 10; ++node.device_ms) {
       const DeviceState state{Straight::path(node.device_ms), {}, 0};
       node.node.device.push(stamp_ms(node.device_ms), &state);

@@ -8,8 +8,8 @@
 #include "nodes/prediction/kalman.hpp"
 #include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/refit.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(warm_test)
 

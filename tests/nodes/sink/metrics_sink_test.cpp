@@ -7,8 +7,8 @@
 #include <string>
 
 #include "nodes/sink/metrics.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(metrics_sink_test)
 
@@ -79,10 +79,6 @@ void set_reference(Metrics& sink) {
   sink.force.set_reference(stamps, std::as_bytes(std::span(values)));
 }
 
-std::map<std::string, double> metrics(const Report& report) {
-  return {report.metrics().begin(), report.metrics().end()};
-}
-
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(a_truth_shown_late_is_told_with_its_delay_and_error) {
@@ -90,7 +86,7 @@ BOOST_AUTO_TEST_CASE(a_truth_shown_late_is_told_with_its_delay_and_error) {
   run(sink);
   set_reference(sink);
   const Report report = report_of(sink);
-  auto f = metrics(report);
+  auto f = metrics_of(report);
   BOOST_TEST(std::abs(f["delivered.force.delay_ms"] - delay_ms) < 0.1);
   // Two sines of amplitude 1 apart by d differ by 2 sin(pi d) in amplitude; the torque's amplitude is 0.1.
   const double amplitude = 2 * std::sin(pi * 1e-3 * delay_ms);
@@ -132,7 +128,7 @@ BOOST_AUTO_TEST_CASE(errors_of_physics_and_fast_ones_are_told_apart) {
   }
   set_reference(sink);
   const Report report = report_of(sink);
-  auto f = metrics(report);
+  auto f = metrics_of(report);
   const double kept = 1 / (1 + std::pow(std::tan(pi * 0.03) / std::tan(pi * 0.1), 8));
   BOOST_TEST(std::abs(f["delivered.force.error_above_30hz_N"] - 0.3 * kept) < 2e-3);
   BOOST_TEST(std::abs(f["delivered.force.rms_error_N"] - 0.3) < 1e-3);
@@ -144,7 +140,7 @@ BOOST_AUTO_TEST_CASE(one_step_errors_are_against_the_next_physics_force) {
   Metrics sink(params(), context());
   run(sink);
   const Report report = report_of(sink);
-  auto f = metrics(report);
+  auto f = metrics_of(report);
   BOOST_TEST(std::abs(f["one_step.force.rms_error_N"] - 0.03) < 1e-12);
   BOOST_TEST(std::abs(f["one_step.force.rms_error_hold_N"] - std::sqrt(2.0) * std::sin(pi * 0.01)) < 2e-4);
   BOOST_TEST(f["one_step.torque.rms_error_Nm"] < 1e-12);
@@ -154,7 +150,7 @@ BOOST_AUTO_TEST_CASE(physics_and_contacts_are_told_from_their_streams) {
   Metrics sink(params(), context());
   run(sink);
   const Report report = report_of(sink);
-  auto f = metrics(report);
+  auto f = metrics_of(report);
   BOOST_TEST(f["physics.steps"] == 300.0);
   for (const char* name : {"physics.rate_hz_min", "physics.rate_hz_median", "physics.rate_hz_max"}) {
     BOOST_TEST(std::abs(f[name] - 100) < 1e-9);
@@ -176,7 +172,7 @@ BOOST_AUTO_TEST_CASE(a_result_of_physics_that_comes_late_makes_no_rate_that_phys
     sink.step(c);
   }
   const Report report = report_of(sink);
-  auto f = metrics(report);
+  auto f = metrics_of(report);
   // Ten intervals take 10 ms, or 0.95 ms less or more.
   BOOST_TEST(std::abs(f["physics.rate_hz_min"] - 10 / 10.95e-3) < 1e-6);
   BOOST_TEST(std::abs(f["physics.rate_hz_median"] - 1000) < 1e-6);
@@ -187,7 +183,7 @@ BOOST_AUTO_TEST_CASE(without_a_reference_only_what_is_known_is_told) {
   Metrics sink(params(), context());
   run(sink);
   const Report report = report_of(sink);
-  auto f = metrics(report);
+  auto f = metrics_of(report);
   BOOST_TEST(f.contains("delivered.force.rms_d1_N_per_ms"));
   for (const auto& [name, value] : f) {
     BOOST_TEST((name.find("error") == std::string::npos || name.starts_with("one_step")), name << " " << value);
@@ -228,7 +224,7 @@ BOOST_AUTO_TEST_CASE(no_torque_is_told_in_a_translation_only_scene) {
 BOOST_AUTO_TEST_CASE(a_run_that_never_began_reports_nothing_wrong) {
   Metrics sink(params(), context());
   const Report report = report_of(sink);
-  BOOST_TEST(metrics(report)["physics.steps"] == 0.0);
+  BOOST_TEST(metrics_of(report)["physics.steps"] == 0.0);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

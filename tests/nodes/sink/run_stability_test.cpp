@@ -11,8 +11,8 @@
 
 #include "nodes/sink/metrics.hpp"
 #include "nodes/sink/port_passivity.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(run_stability_test)
 
@@ -183,8 +183,7 @@ BOOST_AUTO_TEST_CASE(the_sink_tells_it_with_figures) {
     StepContext c(now.produced);
     sink.step(c);
   }
-  const Report report = report_of(sink);
-  std::map<std::string, double> f(report.metrics().begin(), report.metrics().end());
+  const auto f = metrics_of(sink);
   const double expected = most_given_back(0.0105);
   BOOST_TEST(f.at("stability.verdict") == 3.0);
   BOOST_TEST(std::abs(f.at("stability.passivity_violation_J") - expected) < 2e-3 * expected);

@@ -2,9 +2,9 @@
 #include <boost/test/unit_test.hpp>
 
 #include "nodes/physics/cgal/exact_distance.hpp"
-#include "tests/nodes/brute_distance.hpp"
-#include "tests/nodes/dice.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/brute_distance.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(exact_distance_test)
 

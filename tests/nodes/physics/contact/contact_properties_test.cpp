@@ -14,9 +14,9 @@
 #include "nodes/physics/contact/scene_contacts.hpp"
 #include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/geometry/mesh_distance.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(contact_properties_test)
 

@@ -8,7 +8,7 @@
 #include "nodes/physics/contact/contact_reduction.hpp"
 
 #include "nodes/physics/mesh/bounds.hpp"
-#include "tests/nodes/dice.hpp"
+#include "tests/support/dice.hpp"
 
 BOOST_AUTO_TEST_SUITE(contact_reduction_test)
 

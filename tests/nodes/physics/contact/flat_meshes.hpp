@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "nodes/physics/mesh/mesh.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
+#include "tests/support/dice.hpp"
 
 namespace tactor::test {
 

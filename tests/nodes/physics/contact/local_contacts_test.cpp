@@ -9,9 +9,9 @@
 #include "nodes/collision/primitive.hpp"
 #include "nodes/collision/sdf.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(local_contacts_test)
 

@@ -6,8 +6,8 @@
 #include <boost/test/unit_test.hpp>
 
 #include "framework/core/messages.hpp"
-#include "tests/nodes/defaults.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/nodes.hpp"
+#include "tests/support/shapes.hpp"
 
 namespace tactor::test {
 

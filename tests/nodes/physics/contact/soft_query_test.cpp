@@ -11,8 +11,8 @@
 
 #include "framework/core/value_error.hpp"
 #include "framework/realtime/allocation_watch.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/contact/soft_scenes.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(soft_query_test)
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "nodes/physics/contact/soft_contacts.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/contact/scenes.hpp"
+#include "tests/support/dice.hpp"
 
 namespace tactor::test {
 

@@ -11,8 +11,8 @@
 #include "framework/core/check.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/physics/deformable/elastic_model.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(elastic_model_test)
 

@@ -14,8 +14,8 @@
 #include "nodes/physics/deformable/elastic_model.hpp"
 #include "nodes/physics/deformable/sparse_factor.hpp"
 #include "nodes/physics/deformable/suitesparse_plugin.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/deformable/boxes.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(sparse_factor_test)
 

@@ -11,7 +11,7 @@
 #include <limits>
 
 #include "nodes/physics/geometry/cell_cache.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(cell_cache_test)
 

@@ -8,9 +8,9 @@
 #include "nodes/physics/geometry/cell_distance.hpp"
 #include "nodes/physics/mesh/bounds.hpp"
 #include "nodes/physics/mesh/solid_file.hpp"
-#include "tests/nodes/brute_distance.hpp"
-#include "tests/nodes/dice.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/brute_distance.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(cell_distance_test)
 

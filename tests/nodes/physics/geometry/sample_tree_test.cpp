@@ -4,8 +4,8 @@
 #include "nodes/physics/cgal/exact_distance.hpp"
 #include "nodes/physics/geometry/cell_distance.hpp"
 #include "nodes/physics/geometry/sample_tree.hpp"
-#include "tests/nodes/dice.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(sample_tree_test)
 

@@ -6,7 +6,7 @@
 
 #include "framework/core/check.hpp"
 #include "nodes/physics/geometry/shape_distance.hpp"
-#include "tests/nodes/dice.hpp"
+#include "tests/support/dice.hpp"
 
 BOOST_AUTO_TEST_SUITE(shape_distance_test)
 

@@ -5,8 +5,8 @@
 #include "nodes/physics/geometry/cell_cache.hpp"
 #include "nodes/physics/geometry/sample_tree.hpp"
 #include "nodes/physics/geometry/wide.hpp"
-#include "tests/nodes/dice.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/shapes.hpp"
 
 using namespace tactor;
 

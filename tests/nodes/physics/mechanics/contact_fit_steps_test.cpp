@@ -2,8 +2,8 @@
 #include <boost/test/unit_test.hpp>
 
 #include "nodes/physics/mechanics/rigid_step.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/mechanics/contact_fit_subject.hpp"
+#include "tests/support/dice.hpp"
 
 BOOST_AUTO_TEST_SUITE(contact_fit_steps_test)
 

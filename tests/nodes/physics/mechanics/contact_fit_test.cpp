@@ -6,8 +6,8 @@
 
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/physics/mechanics/contact_fit.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/mechanics/contact_fit_subject.hpp"
+#include "tests/support/dice.hpp"
 
 BOOST_AUTO_TEST_SUITE(contact_fit_test)
 

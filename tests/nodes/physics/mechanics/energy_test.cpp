@@ -4,9 +4,9 @@
 #include "nodes/dynamics/passivity.hpp"
 #include "nodes/dynamics/rigid.hpp"
 #include "nodes/dynamics/translation.hpp"
-#include "tests/nodes/defaults.hpp"
 #include "tests/nodes/dynamics/node_rig.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
+#include "tests/support/nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(energy_test)
 

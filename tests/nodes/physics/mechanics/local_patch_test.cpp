@@ -11,10 +11,10 @@
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 #include "tests/nodes/physics/mechanics/patches.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(local_patch_test)
 

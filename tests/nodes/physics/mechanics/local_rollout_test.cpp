@@ -10,8 +10,8 @@
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/mechanics/local_contacts.hpp"
+#include "tests/support/dice.hpp"
 
 BOOST_AUTO_TEST_SUITE(local_rollout_test)
 

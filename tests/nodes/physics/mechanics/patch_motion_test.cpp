@@ -8,8 +8,8 @@
 #include <Eigen/Eigenvalues>
 
 #include "framework/realtime/allocation_watch.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/mechanics/patches.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(patch_motion_test)
 

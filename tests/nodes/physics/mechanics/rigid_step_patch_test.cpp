@@ -9,10 +9,10 @@
 
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
-#include "tests/heap_is_counted.hpp"
-#include "tests/nodes/dice.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 #include "tests/nodes/physics/mechanics/patches.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(rigid_step_patch_test)
 

@@ -6,8 +6,8 @@
 
 #include "framework/realtime/allocation_watch.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(rigid_step_test)
 

@@ -10,8 +10,8 @@
 #include "nodes/physics/mechanics/eigen.hpp"
 #include "nodes/physics/mechanics/free_rotation.hpp"
 #include "nodes/physics/mechanics/normal_force.hpp"
-#include "tests/heap_is_counted.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
+#include "tests/support/heap_is_counted.hpp"
 
 BOOST_AUTO_TEST_SUITE(step_energy_test)
 

@@ -11,7 +11,7 @@
 #include "nodes/physics/mesh/bounds.hpp"
 #include "nodes/physics/mesh/cgal_plugin.hpp"
 #include "tests/nodes/physics/mesh/volume_checks.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(body_volume_test)
 

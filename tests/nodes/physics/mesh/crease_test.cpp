@@ -7,8 +7,8 @@
 
 #include "nodes/physics/mesh/crease.hpp"
 #include "nodes/physics/mesh/surface_samples.hpp"
-#include "tests/nodes/dice.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/dice.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(crease_test)
 

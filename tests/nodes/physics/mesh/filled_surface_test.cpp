@@ -9,7 +9,7 @@
 #include "framework/core/disk_cache.hpp"
 #include "nodes/physics/mesh/filled_surface.hpp"
 #include "tests/nodes/physics/mesh/volume_checks.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(filled_surface_test)
 

@@ -9,7 +9,7 @@
 
 #include "framework/core/check.hpp"
 #include "tests/nodes/physics/mesh/mesh_files.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(mesh_formats_test)
 

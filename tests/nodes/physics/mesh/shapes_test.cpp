@@ -7,7 +7,7 @@
 
 #include "nodes/physics/mesh/body_mesh.hpp"
 #include "nodes/physics/mesh/mass_properties.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(shapes_test)
 

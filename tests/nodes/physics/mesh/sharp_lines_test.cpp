@@ -6,7 +6,7 @@
 #include <boost/test/unit_test.hpp>
 
 #include "nodes/physics/mesh/sharp_lines.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(sharp_lines_test)
 

@@ -11,7 +11,7 @@
 #include "nodes/physics/mesh/body_mesh.hpp"
 #include "nodes/physics/mesh/solid_file.hpp"
 #include "tests/nodes/physics/mesh/mesh_files.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(solid_file_test)
 

@@ -8,7 +8,7 @@
 #include "nodes/physics/mesh/make_solid.hpp"
 #include "nodes/physics/mesh/mass_properties.hpp"
 #include "tests/nodes/physics/mesh/mesh_files.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(solid_test)
 

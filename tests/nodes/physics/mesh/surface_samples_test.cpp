@@ -4,7 +4,7 @@
 #include "framework/core/check.hpp"
 #include "nodes/physics/mesh/refine.hpp"
 #include "tests/nodes/physics/mesh/covering.hpp"
-#include "tests/nodes/shapes.hpp"
+#include "tests/support/shapes.hpp"
 
 BOOST_AUTO_TEST_SUITE(surface_samples_test)
 

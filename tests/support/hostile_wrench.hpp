@@ -5,18 +5,18 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/nodes/force_stream.hpp"
+#include "tests/support/force_stream.hpp"
 
 namespace tactor::test {
 
 inline constexpr int hostile_kinds = 14;
 
 /// Sample t of the stream `kind`; kind 0 is harmless.
-inline Wrench hostile(int kind, int t, Draw& draw) {
+inline Wrench hostile(int kind, int t, Dice& draw) {
   constexpr double inf = std::numeric_limits<double>::infinity();
   const double s = 0.2 * t;
   const Wrench calm{{std::sin(s), 2, 0}, {0, 0.1 * std::cos(s), 0}};
-  const bool now = draw.uniform(0, 1) < 0.02;
+  const bool now = draw(0, 1) < 0.02;
   switch (kind) {
     case 0:
       return calm;
@@ -27,7 +27,7 @@ inline Wrench hostile(int kind, int t, Draw& draw) {
     case 3:  // impulses of 20 N
       return now ? Wrench{{20, 0, 0}, {2, 0, 0}} : Wrench{};
     case 4:  // random steps from bound to bound
-      return {{draw.uniform(-1, 1) > 0 ? 8.0 : -8.0, 0, 0}, {0.5, 0, 0}};
+      return {{draw(-1, 1) > 0 ? 8.0 : -8.0, 0, 0}, {0.5, 0, 0}};
     case 5:  // squares that overflow
       return now ? Wrench{{1e200, -1e200, 0}, {1e120, 0, 0}} : calm;
     case 6:  // denormals
@@ -35,7 +35,7 @@ inline Wrench hostile(int kind, int t, Draw& draw) {
     case 7:  // exponential growth
       return {{std::min(8.0, 1e-3 * std::exp(0.3 * (t % 60))), 0, 0}, {}};
     case 8:  // 260 orders of magnitude
-      return {draw.normal_vector(std::exp(draw.uniform(-300, 300))), draw.normal_vector(1e-200)};
+      return {draw.normal_vector(std::exp(draw(-300, 300))), draw.normal_vector(1e-200)};
     case 9:  // saturation
       return {{std::clamp(20 * std::sin(s), -8.0, 8.0), 0, 0}, {}};
     case 10:  // an exact wave: two coefficients say all

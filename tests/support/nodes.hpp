@@ -1,4 +1,5 @@
-// Makes nodes with their declared defaults, so that tests name only what they change.
+// Makes nodes with their declared defaults, so that tests name only what they change; stamps, and what nodes send and
+// report.
 #pragma once
 
 #include <map>
@@ -35,6 +36,15 @@ inline NodeContext context_for(const Scene& scene) {
   return context;
 }
 
+inline Time at_ms(double ms) {
+  return Time::from_seconds(1e-3 * ms);
+}
+
+/// Of a message that is valid and produced at one time.
+inline Stamp stamp_ms(double ms, std::uint64_t sequence = 0) {
+  return {at_ms(ms), at_ms(ms), sequence};
+}
+
 /// What the node reports.
 template <class N>
 Report report_of(const N& node) {
@@ -42,6 +52,15 @@ Report report_of(const N& node) {
   report.begin("test", N::declare().metrics);
   node.report(report);
   return report;
+}
+
+inline std::map<std::string, double> metrics_of(const Report& report) {
+  return {report.metrics().begin(), report.metrics().end()};
+}
+
+template <class N>
+std::map<std::string, double> metrics_of(const N& node) {
+  return metrics_of(report_of(node));
 }
 
 /// The message number i that the running step has sent.
