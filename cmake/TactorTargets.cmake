@@ -157,21 +157,25 @@ function(tactor_profiles kind)
   install(FILES ${profiles} DESTINATION ${CMAKE_INSTALL_DATADIR}/tactor/profiles/${kind})
 endfunction()
 
-# tactor_test_program(NAME [SOURCES ...] [LIBS ...]): test_NAME, the program of all Boost.Test suites of the caller's folder, to which
-# tactor_test adds. SOURCES are no suites.
+# tactor_test_program(NAME [SLOWER] [SOURCES ...] [LIBS ...] [LOADS ...]): test_NAME, the program of all Boost.Test suites of the caller's
+# folder, to which tactor_test adds. SOURCES are no suites. LOADS: targets that it loads while it runs, of those that there are.
+# SLOWER: `scripts/test --quick` leaves it out.
 function(tactor_test_program name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "SLOWER" "" "SOURCES;LIBS;LOADS" ${ARGN})
   add_executable(test_${name} ${ARG_SOURCES})
   target_link_libraries(test_${name} PRIVATE test_main ${ARG_LIBS})
   tactor_use_precompiled(test_${name} test_precompiled)
-  foreach(plugin tactor_cgal tactor_meshing tactor_suitesparse)
-    if(TARGET ${plugin})
-      add_dependencies(test_${name} ${plugin})
+  foreach(target ${ARG_LOADS})
+    if(TARGET ${target})
+      add_dependencies(test_${name} ${target})
     endif()
   endforeach()
   set_target_properties(test_${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  add_dependencies(quick_tests test_${name})
+  if(NOT ARG_SLOWER)
+    add_dependencies(quick_tests test_${name})
+  endif()
   set(test_program test_${name} PARENT_SCOPE)
+  set(test_program_is_slower ${ARG_SLOWER} PARENT_SCOPE)
 endfunction()
 
 # tactor_test(NAME [SOURCES FILE_test.cpp...]): what ctest runs as NAME: the suites of these files, by default of NAME_test.cpp, in the
@@ -191,7 +195,10 @@ function(tactor_suite_test name program)
   list(JOIN ARGN "," suites)
   add_test(NAME ${name} COMMAND ${program} --run_test=${suites} --color_output=no)
   # What tests keep in the cache is not the user's.
-  set_tests_properties(${name} PROPERTIES LABELS quick SKIP_RETURN_CODE 77 PROCESSORS 2 ENVIRONMENT TACTOR_CACHE=${CMAKE_BINARY_DIR}/tests/cache)
+  set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 PROCESSORS 2 ENVIRONMENT TACTOR_CACHE=${CMAKE_BINARY_DIR}/tests/cache)
+  if(NOT test_program_is_slower)
+    set_tests_properties(${name} PROPERTIES LABELS quick)
+  endif()
 endfunction()
 
 # tactor_waiting_tests(NAME...): tests that mostly wait, so that more of them run at once.
