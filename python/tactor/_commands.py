@@ -1,6 +1,7 @@
 """Comparisons and studies: the command `tactor` makes them in processes of its own, and their tables come back."""
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import pathlib
@@ -36,14 +37,12 @@ def _call(arguments: Sequence[str]) -> subprocess.CompletedProcess[str]:
     try:
         said, errors = process.communicate()
     except BaseException:
-        # It ends once the runs under way have ended, and ends them where it is asked again a second later. A terminal
-        # may have asked it too, which counts once.
-        process.send_signal(signal.SIGINT)
-        try:
-            process.communicate(timeout=2)
-        except subprocess.TimeoutExpired:
+        # It ends once the runs under way have ended, and ends them where it is asked again a second later. What comes
+        # before it looks for the first time counts once, and a terminal may have asked it too.
+        while process.poll() is None:
             process.send_signal(signal.SIGINT)
-            process.communicate()
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.communicate(timeout=2)
         raise
     errors = _by_keywords(errors)
     if process.returncode == 2:

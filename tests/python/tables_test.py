@@ -105,6 +105,37 @@ class Tables(PackageTest):
         running = subprocess.run(["pgrep", "-f", str(study)], capture_output=True, text=True, check=False).stdout
         self.assertEqual(running, "")
 
+    def test_ctrl_c_is_passed_on_until_the_command_ends(self):
+        deaf = self.write("deaf", textwrap.dedent(f"""\
+            #!{sys.executable}
+            import pathlib, signal
+            signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+            pathlib.Path("ready").touch()
+            for heard in range(3):
+                signal.sigwait([signal.SIGINT])
+            pathlib.Path("heard").write_text(str(heard + 1))
+        """))
+        deaf.chmod(0o755)
+        program = textwrap.dedent(f"""
+            import pathlib, signal, threading, time, tactor
+            tactor._commands.command = lambda: {str(deaf)!r}
+            main = threading.main_thread().ident
+
+            def interrupt():
+                while not pathlib.Path("ready").exists():
+                    time.sleep(0.01)
+                signal.pthread_kill(main, signal.SIGINT)
+            threading.Thread(target=interrupt).start()
+            try:
+                tactor.study("none.yaml", out="out")
+            except KeyboardInterrupt:
+                print("interrupted")
+        """)
+        done = subprocess.run([sys.executable, "-c", program], cwd=self.folder, capture_output=True, text=True, timeout=120, check=False,
+                              env=dict(os.environ, PYTHONPATH=str(BUILD / "python"), **self.environment))
+        self.assertEqual((done.stdout, done.stderr), ("interrupted\n", ""))
+        self.assertEqual((self.folder / "heard").read_text(), "3")
+
 
 if __name__ == "__main__":
     unittest.main()
