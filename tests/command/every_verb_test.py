@@ -28,7 +28,7 @@ class EveryVerb(CachedTest):
 
     @classmethod
     def tell(cls, *arguments):
-        return tactor(*arguments, environment={"TACTOR_CACHE": cls.cache})
+        return tactor(*arguments, environment={"TACTOR_CACHE": str(cls.cache)})
 
     def covering(self):
         """A few of the graphs, which have every type of node that any of them has."""

@@ -1,4 +1,5 @@
 """Runs the command in a folder of its own and reads what it leaves behind."""
+import contextlib
 import json
 import os
 import pathlib
@@ -164,6 +165,37 @@ def graph_verbs():
 LEFT_TO_THE_COMMAND = tuple(f"handle_{name}=0" for name in ("segv", "abort", "sigbus", "sigfpe", "sigill"))
 
 
+def dear_entries():
+    """Where all tests keep the entries of caches that take seconds to make: distances and tetrahedra of meshes. Another build has another
+    folder, so that what its libraries make is tested."""
+    newest = max(file.stat().st_mtime_ns for file in (pathlib.Path(TACTOR), *LIBRARIES.rglob("libtactor*.so*")))
+    folder = CACHE.parent / f"tests/entries/of_{newest:x}"
+    if not folder.exists():
+        for other in folder.parent.glob("of_*"):
+            shutil.rmtree(other, ignore_errors=True)
+        folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def link_entries(source, target):
+    """Both have the same files then; what is written is a new file."""
+    for kind in ("cells", "tetrahedra"):
+        for file in source.glob(f"*.{kind}"):
+            with contextlib.suppress(OSError):  # it is there, or another process has removed the folder
+                os.link(file, target / file.name)
+
+
+def new_cache(test):
+    """A folder for a cache, in which there are the dear entries alone; `test`, or its class, removes it."""
+    add_cleanup = test.addClassCleanup if isinstance(test, type) else test.addCleanup
+    entries = dear_entries()
+    folder = pathlib.Path(tempfile.mkdtemp(prefix="cache-", dir=entries.parent))  # on the same disk
+    add_cleanup(shutil.rmtree, folder, ignore_errors=True)
+    link_entries(entries, folder)
+    add_cleanup(link_entries, folder, entries)
+    return folder
+
+
 class CommandTest(unittest.TestCase):
     cache = None  # of each test its own
     sanitizer_options = ()
@@ -171,7 +203,7 @@ class CommandTest(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tactor-test-"))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.environment = {"TACTOR_CACHE": str(self.cache or self.folder / "cache")}
+        self.environment = {"TACTOR_CACHE": str(self.cache or new_cache(self))}
         for name in ("ASAN_OPTIONS", "TSAN_OPTIONS") if self.sanitizer_options else ():
             self.environment[name] = ":".join([os.environ.get(name, ""), *self.sanitizer_options])
 
@@ -228,13 +260,12 @@ class CommandTest(unittest.TestCase):
 
 
 class CachedTest(CommandTest):
-    """The tests of a class share a cache, so that distances of meshes and reference runs are made once."""
+    """The tests of a class share a cache, so that reference runs are made once."""
 
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.cache = tempfile.mkdtemp(prefix="tactor-test-")
-        cls.addClassCleanup(shutil.rmtree, cls.cache, ignore_errors=True)
+        cls.cache = new_cache(cls)
 
 
 class Terminal:
