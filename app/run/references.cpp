@@ -94,7 +94,7 @@ std::string reference_id(const Plan& plan) {
 
 std::map<std::string, std::string> code_hashes(const std::set<fs::path>& files) {
   std::map<std::string, std::string> hashes;
-  for (const fs::path& file : files) hashes[file.filename().string()] = file_key(file).value_or("missing");
+  for (const fs::path& file : files) hashes[file.filename().string()] = file_key(file);
   return hashes;
 }
 

@@ -87,14 +87,15 @@ std::string content_key(std::initializer_list<std::string_view> parts) {
   return hash.text();
 }
 
-std::optional<std::string> file_key(const fs::path& file) {
+std::string file_key(const fs::path& file) {
+  const std::string missing = "missing";
   InputFile input = open_input(file);
-  if (!input.file) return std::nullopt;
+  if (!input.file) return missing;
   Hash hash;
   std::string block(std::size_t{1} << 18U, '\0');
   while (true) {
     const std::optional<std::size_t> size = input.read_some(block.data(), block.size());
-    if (!size) return std::nullopt;
+    if (!size) return missing;
     if (*size == 0) return hash.text();
     hash.add(std::string_view(block).substr(0, *size));
   }

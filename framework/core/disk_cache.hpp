@@ -18,8 +18,8 @@ namespace tactor {
 /// that different lists give different keys.
 std::string content_key(std::initializer_list<std::string_view> parts);
 
-/// Likewise over the bytes of a file, of any size. Nothing where it cannot be read.
-std::optional<std::string> file_key(const std::filesystem::path& file);
+/// Likewise over the bytes of a file, of any size; `missing` where it cannot be read.
+std::string file_key(const std::filesystem::path& file);
 
 /// One file an entry, `FOLDER/KEY.KIND`. A file holds a magic, the version of the layout, the size and a checksum over
 /// all of these, the kind, the key and the bytes, so what `load` returns is what `store` was given. Several processes
@@ -33,7 +33,7 @@ class DiskCache {
   /// entries of another version count as absent.
   DiskCache(std::string kind, std::uint32_t version, std::filesystem::path folder = default_cache_folder());
 
-  /// What an entry holds. A plain text would be set to zero first, which takes longer than to read it.
+  /// The bytes of an entry, not set to zero first, which takes longer than to read them.
   class Bytes {
    public:
     /// They have no values yet.

@@ -3,7 +3,6 @@ import csv
 import json
 import math
 import os
-import pathlib
 import signal
 import subprocess
 import time
@@ -180,7 +179,7 @@ class Outputs(CommandTest):
 
     def test_a_damaged_reference_cache_is_made_again(self):
         first = self.run_graph(GRAPHS / "duck/off.yaml", "--duration", "0.5")
-        (file,) = pathlib.Path(self.environment["TACTOR_CACHE"]).glob("*.ref")
+        (file,) = self.cache_folder.glob("*.ref")
         data = bytearray(file.read_bytes())
         data[len(data) // 2] ^= 0xFF
         file.write_bytes(data)
@@ -247,7 +246,7 @@ judge: whole
     def test_compare_says_once_that_a_reference_was_damaged(self):
         graphs = (GRAPHS / "duck/off.yaml", GRAPHS / "duck/fixed.yaml", "--seeds", "2", "--duration", "0.5")
         self.assertNotIn("damaged", self.run_ok("compare", *graphs, "--out", self.folder / "whole").stderr)
-        files = sorted(pathlib.Path(self.environment["TACTOR_CACHE"]).glob("*.ref"))
+        files = sorted(self.cache_folder.glob("*.ref"))
         self.assertEqual(len(files), 2)
         files[0].write_bytes(files[0].read_bytes()[:-1])
         said = self.run_ok("compare", *graphs, "--out", self.folder / "damaged").stderr

@@ -1,5 +1,6 @@
 """Runs the command in a folder of its own and reads what it leaves behind."""
 import contextlib
+import functools
 import json
 import os
 import pathlib
@@ -165,6 +166,7 @@ def graph_verbs():
 LEFT_TO_THE_COMMAND = tuple(f"handle_{name}=0" for name in ("segv", "abort", "sigbus", "sigfpe", "sigill"))
 
 
+@functools.cache
 def dear_entries():
     """Where all tests keep the entries of caches that take seconds to make: distances and tetrahedra of meshes. Another build has another
     folder, so that what its libraries make is tested."""
@@ -203,7 +205,8 @@ class CommandTest(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(tempfile.mkdtemp(prefix="tactor-test-"))
         self.addCleanup(shutil.rmtree, self.folder, ignore_errors=True)
-        self.environment = {"TACTOR_CACHE": str(self.cache or new_cache(self))}
+        self.cache_folder = self.cache or new_cache(self)
+        self.environment = {"TACTOR_CACHE": str(self.cache_folder)}
         for name in ("ASAN_OPTIONS", "TSAN_OPTIONS") if self.sanitizer_options else ():
             self.environment[name] = ":".join([os.environ.get(name, ""), *self.sanitizer_options])
 

@@ -1,5 +1,4 @@
 """What a user sees of repaired, odd and refused meshes."""
-import pathlib
 import unittest
 
 from harness import GRAPHS, CommandTest, needs_meshes, tactor
@@ -34,7 +33,7 @@ class Meshes(CommandTest):
             # Beside it: the bodies are too far apart to touch.
             told = self.run_ok(*arguments).stderr.splitlines(keepends=True)
             self.assertEqual([text for text in told if "does not lead the tool" not in text], [line])
-        self.assertEqual(len(list(pathlib.Path(self.environment["TACTOR_CACHE"]).glob("*.mesh"))), 2)
+        self.assertEqual(len(list(self.cache_folder.glob("*.mesh"))), 2)
 
     def test_a_refused_mesh_is_bad_input_with_body_file_and_fault(self):
         graph = self.graph(cube(0.1, QUADS[1:]))

@@ -1,4 +1,4 @@
-// What tests of the force nodes share: a context, a step with one message, and streams of forces.
+// A context, a step with one message, and streams of forces, for tests of the force nodes.
 #pragma once
 
 #include <vector>

@@ -40,7 +40,7 @@ inline Time at_ms(double ms) {
   return Time::from_seconds(1e-3 * ms);
 }
 
-/// Of a message that is valid and produced at one time.
+/// The stamp of a message that is valid and produced at that time.
 inline Stamp stamp_ms(double ms, std::uint64_t sequence = 0) {
   return {at_ms(ms), at_ms(ms), sequence};
 }

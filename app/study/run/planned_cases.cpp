@@ -124,7 +124,7 @@ void refuse_too_short(const PlannedCases& planned, const std::vector<JudgedFrom>
 std::string PlannedCases::recording_hash(std::size_t run) const {
   const RunCase& one = cases[run / seeds()];
   if (one.reference_recording.empty()) return {};
-  return file_key(recording_of(one.reference_recording, graph_of(run / seeds()), seed_of(run))).value_or("missing");
+  return file_key(recording_of(one.reference_recording, graph_of(run / seeds()), seed_of(run)));
 }
 
 std::vector<RunName> PlannedCases::names() const {
