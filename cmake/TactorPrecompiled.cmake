@@ -22,3 +22,14 @@ function(tactor_use_precompiled target)
   list(GET from -1 from)
   target_precompile_headers(${target} REUSE_FROM ${from})
 endfunction()
+
+# tactor_precompile_for_programs(TARGET LIBS LIBRARY... HEADERS HEADER...): an object library that makes the standard headers and these, for
+# programs that link these libraries.
+function(tactor_precompile_for_programs target)
+  cmake_parse_arguments(ARG "" "" "LIBS;HEADERS" ${ARGN})
+  add_library(${target} OBJECT EXCLUDE_FROM_ALL ${CMAKE_BINARY_DIR}/precompiled.cpp)
+  target_link_libraries(${target} PRIVATE ${ARG_LIBS})
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
+  target_compile_options(${target} PRIVATE -fPIE)
+  tactor_precompile(${target} ${ARG_HEADERS})
+endfunction()

@@ -52,7 +52,7 @@ std::vector<Point> far(const ExactDistance& exact, int count) {
   return points;
 }
 
-struct Running {
+struct Candidate {
   const ClosestPointEntry* entry = nullptr;
   std::unique_ptr<ClosestPoint> contender;
   double build_ms = 0, memory_mb = 0;
@@ -60,7 +60,7 @@ struct Running {
 
 /// The times in us and the distances that each finds, in turns of 100. After a rest the point before is asked again,
 /// not timed.
-void run(const std::vector<Running>& all, const std::vector<Point>& points, std::vector<std::vector<double>>& us,
+void run(const std::vector<Candidate>& all, const std::vector<Point>& points, std::vector<std::vector<double>>& us,
          std::vector<std::vector<double>>& found) {
   constexpr std::size_t block = 100;
   TimedLoop loop;
@@ -79,7 +79,7 @@ void run(const std::vector<Running>& all, const std::vector<Point>& points, std:
 }
 
 /// Runs all over the points and compares with the exact distances.
-Json measure_points(std::vector<Running>& all, const std::vector<Point>& points) {
+Json measure_points(std::vector<Candidate>& all, const std::vector<Point>& points) {
   std::vector<std::vector<double>> us(all.size()), found(all.size());
   run(all, points, us, found);
   Json rows = Json::array();
@@ -116,9 +116,9 @@ Json duck_scene(const SceneOptions& options) {
                                                   {"CGAL", Sign::none, make_cgal_closest},
                                                   {"Embree, float", Sign::none, make_embree},
                                                   {"FCL double", Sign::none, make_fcl_distance}};
-  std::vector<Running> all;
+  std::vector<Candidate> all;
   for (const ClosestPointEntry& entry : entries) {
-    Running r{&entry, nullptr, 0, 0};
+    Candidate r{&entry, nullptr, 0, 0};
     const std::size_t before = heap_in_use();
     r.build_ms = 1e-3 * microseconds([&] { r.contender = entry.make(mesh); });
     r.memory_mb = 1e-6 * (static_cast<double>(heap_in_use()) - static_cast<double>(before));

@@ -20,11 +20,11 @@ RigidDynamics::Params params_of(Start start) {
 }  // namespace
 
 Scene two_of(const std::filesystem::path& mesh) {
-  Body fixed;
+  tactor::Body fixed;
   fixed.name = "fixed body";
   fixed.shape = MeshShape{mesh};
   fixed.material = {.stiffness = 2000, .damping = 2, .friction = 0.3, .patch_area = 0.4e-4};
-  Body tool = fixed;
+  tactor::Body tool = fixed;
   tool.name = "tool";
   tool.motion = Motion::rigid;
   tool.mass = 0.1;
