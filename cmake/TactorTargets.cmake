@@ -193,7 +193,8 @@ endfunction()
 # tactor_suite_test(NAME PROGRAM SUITE...): what ctest runs as NAME: suites of a program.
 function(tactor_suite_test name program)
   list(JOIN ARGN "," suites)
-  add_test(NAME ${name} COMMAND ${program} --run_test=${suites} --color_output=no)
+  # A suite that is named runs what is disabled in it too, but for what is left out by its label.
+  add_test(NAME ${name} COMMAND ${program} --run_test=${suites} --run_test=!@minutes --color_output=no)
   # What tests keep in the cache is not the user's.
   set_tests_properties(${name} PROPERTIES SKIP_RETURN_CODE 77 PROCESSORS 2 ENVIRONMENT TACTOR_CACHE=${CMAKE_BINARY_DIR}/tests/cache)
   if(NOT test_program_is_slower)

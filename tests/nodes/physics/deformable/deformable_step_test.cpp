@@ -137,7 +137,8 @@ BOOST_AUTO_TEST_CASE(energy_never_grows_by_the_usual_options) {
 }
 
 // Takes minutes; see docs/trust/testing.md.
-BOOST_AUTO_TEST_CASE(energy_never_grows_in_ten_thousand_steps, *boost::unit_test::disabled()) {
+BOOST_AUTO_TEST_CASE(energy_never_grows_in_ten_thousand_steps,
+                     *boost::unit_test::disabled() * boost::unit_test::label("minutes")) {
   for (const bool usual : {false, true}) check_energy(10'000, usual);
 }
 
