@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -404,35 +405,41 @@ BOOST_AUTO_TEST_CASE(another_unit_of_force_scales_the_prediction) {
   }
 }
 
+namespace {
+
+/// The error of the last 100 of 400 predictions, in N; 100 samples before them were of a hostile kind, or good without
+/// one.
+double error_after(const Recipe& recipe, std::optional<int> kind) {
+  Dice draw(7);
+  Clock clock;
+  Texture texture(9);
+  Subject subject(recipe);
+  for (int t = 0; t < 100; ++t) {
+    const double ms = clock.next();
+    const Wrench good = texture.next();
+    subject.feed(ms, kind ? hostile(*kind, t, draw) : good);
+  }
+  double sum = 0;
+  Wrench now = texture.next();
+  for (int t = 0; t < 400; ++t) {
+    const double ms = clock.next();
+    const Wrench next = texture.next();
+    const Vec3 error = subject.feed(ms, now).predicted_D_W[0].force - next.force;
+    now = next;
+    if (t >= 300) sum += dot(error, error);
+  }
+  return std::sqrt(sum);
+}
+
+}  // namespace
+
 BOOST_AUTO_TEST_CASE(a_while_after_trouble_predictions_are_as_good_as_without_it) {
   for (const Recipe& recipe : recipes()) {
+    const double calm = error_after(recipe, {});
     for (int kind = 1; kind < hostile_kinds; ++kind) {
-      Dice draw(7);
-      Clock clock;
-      Texture texture(9);
-      Subject troubled(recipe);
-      Subject calm(recipe);
-      double troubled_error = 0;
-      double calm_error = 0;
-      for (int t = 0; t < 100; ++t) {
-        const double ms = clock.next();
-        troubled.feed(ms, hostile(kind, t, draw));
-        calm.feed(ms, texture.next());
-      }
-      Wrench now = texture.next();
-      for (int t = 0; t < 400; ++t) {
-        const double ms = clock.next();
-        const Wrench next = texture.next();
-        const Vec3 a = troubled.feed(ms, now).predicted_D_W[0].force - next.force;
-        const Vec3 b = calm.feed(ms, now).predicted_D_W[0].force - next.force;
-        now = next;
-        if (t < 300) continue;
-        troubled_error += dot(a, a);
-        calm_error += dot(b, b);
-      }
-      BOOST_REQUIRE_MESSAGE(
-          std::sqrt(troubled_error) < 1.1 * std::sqrt(calm_error),
-          recipe.name() << ", kind " << kind << ": " << std::sqrt(troubled_error) << " for " << std::sqrt(calm_error));
+      const double troubled = error_after(recipe, kind);
+      BOOST_REQUIRE_MESSAGE(troubled < 1.1 * calm, recipe.name()
+                                                       << ", kind " << kind << ": " << troubled << " for " << calm);
     }
   }
 }
