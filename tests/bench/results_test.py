@@ -80,6 +80,12 @@ class Methods(unittest.TestCase):
     def test_the_front_is_what_nothing_undercuts_in_both_and_fast_physics_is_not_on_it(self):
         self.assertEqual(self.methods.front(), {"hold", "line", "dear"})
 
+    def test_the_worst_scene_of_a_method_is_that_of_its_largest_ratio(self):
+        self.methods.rows["line"]["air"]["against"] = {"ratio": {"delivered_rms": ratio(0.95)}}
+        self.assertEqual(self.methods.worst_scene("line"), "air")
+        self.methods.rows["line"]["wall"]["against"] = {"ratio": {"delivered_rms": ratio(0.97)}}
+        self.assertEqual(self.methods.worst_scene("line"), "wall")
+
     def test_what_there_is_to_gain_has_a_row_a_scene(self):
         for rows in self.methods.rows.values():
             for row in rows.values():
