@@ -218,7 +218,7 @@ function(tactor_thorough_tests)
 endfunction()
 
 # tactor_live_tests(NAME... [QUIET NAME...]): tests in real time. They mostly wait, so that `scripts/test` runs several at once; those
-# that fail get two more tries. Those after QUIET measure times, and run alone.
+# that fail get two more tries, alone. Those after QUIET measure times, and have no other live test beside them.
 function(tactor_live_tests)
   cmake_parse_arguments(ARG "" "" "QUIET" ${ARGN})
   tactor_waiting_tests(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET})
