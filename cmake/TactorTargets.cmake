@@ -217,14 +217,14 @@ function(tactor_thorough_tests)
   set_property(TEST ${ARGN} APPEND PROPERTY LABELS all)
 endfunction()
 
-# tactor_live_tests(NAME... [QUIET NAME...]): tests in real time. They mostly wait, so that `scripts/test` runs several at once; those
-# that fail get two more tries, alone. Those after QUIET measure times, and have no other live test beside them.
+# tactor_live_tests(NAME... [QUIET NAME...]): tests in real time. They mostly wait, so that `scripts/test` runs several at once, beside
+# those that compute. Those after QUIET measure times, and come last, alone.
 function(tactor_live_tests)
   cmake_parse_arguments(ARG "" "" "QUIET" ${ARGN})
   tactor_waiting_tests(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET})
   set_tests_properties(${ARG_UNPARSED_ARGUMENTS} ${ARG_QUIET} PROPERTIES LABELS live)
   if(ARG_QUIET)
-    set_tests_properties(${ARG_QUIET} PROPERTIES RUN_SERIAL ON)
+    set_tests_properties(${ARG_QUIET} PROPERTIES RUN_SERIAL ON LABELS "live;quiet")
   endif()
 endfunction()
 
