@@ -1,20 +1,15 @@
-"""Every shipped graph is checked, and run for a while."""
+"""Every shipped graph is run for a while."""
 import math
 import re
 import unittest
 
 import yaml
 
-from harness import GRAPHS, CachedTest, graph_files, graph_name, graphs_with_clock, needs_meshes, tactor
+from harness import GRAPHS, CachedTest, graph_name, graphs_with_clock, needs_meshes, tactor
 
 
 @needs_meshes
 class ShippedGraphs(CachedTest):
-    def test_every_graph_checks(self):
-        graphs = graph_files()
-        self.assertGreater(len(graphs), 20)
-        self.run_ok("check", *graphs)
-
     def test_every_file_says_its_format_and_none_has_former_names(self):
         files = sorted(GRAPHS.glob("*/*.yaml"))
         self.assertEqual([file for file in files if yaml.safe_load(file.read_text()).get("format") != 2], [])
