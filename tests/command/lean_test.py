@@ -122,7 +122,7 @@ FEW = ("--set", "collision={type: collision.primitive, cost: none, margin: 0.2 m
 class Lean(CachedTest):
     def lean(self, graph, *arguments):
         """The results as JSON; the lean graph is self.folder / lean.yaml."""
-        self.run_ok("lean", GRAPHS / graph, "--repeats", 1, "--overwrite", "--out", self.folder / "lean.yaml", *arguments, timeout=1500)
+        self.run_ok("lean", GRAPHS / graph, "--repeats", 1, "--overwrite", "--out", self.folder / "lean.yaml", *arguments)
         return json.loads((self.folder / "lean.json").read_text())
 
     def steps(self, found):

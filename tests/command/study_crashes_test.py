@@ -135,7 +135,7 @@ class Crashes(StudyTest):
         self.assertTrue(workers)
         process.kill()
         process.communicate()
-        self.wait_for(lambda: not any(map(is_alive, workers)), "the workers ended")
+        self.wait_for(lambda: not any(map(is_alive, workers)), "the workers ended", timeout=5)
 
     def test_a_run_that_takes_too_long_is_ended(self):
         text = self.methods(good="", hangs="at: 0.3 s, by: hang") + "run_timeout: 5 s\n"

@@ -1,16 +1,15 @@
 """The transfer scenes: those that lie in the graphs are the draw they say, every kind of any draw is a graph, and its figures are those of its seed."""
 import filecmp
 import functools
-import os
 import pathlib
 import subprocess
 import sys
 import tempfile
 import unittest
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
-TACTOR = pathlib.Path(os.environ.get("TACTOR", ROOT / "build/release/bin/tactor")).resolve()
-SCENES = ROOT / "graphs/transfer"
+from harness import GRAPHS, CommandTest
+
+SCENES = GRAPHS / "transfer"
 
 
 def draw(folder, seed):
@@ -26,7 +25,7 @@ def drawn(seed):
     return draw(pathlib.Path(kept.name), seed)
 
 
-class Transfer(unittest.TestCase):
+class Transfer(CommandTest):
     def test_the_scenes_that_lie_here_are_draw_1(self):
         self.assertGreaterEqual(len(drawn(1)), 24)
         lying = sorted(p for p in SCENES.glob("*.yaml") if p.name != "base.yaml")
@@ -45,9 +44,8 @@ class Transfer(unittest.TestCase):
         for graph in drawn(4711):
             with self.subTest(graph.stem):
                 # With coarse cells, which decide nothing of this and take seconds of each mesh otherwise.
-                done = subprocess.run([TACTOR, "check", graph, "--over", "local", "--set", "collision={type: collision.sdf, resolution: 16}"],
-                                      capture_output=True, text=True, check=False, env={**os.environ, "TACTOR_MESH_PATH": str(graph.parent / "meshes")})
-                self.assertEqual(done.returncode, 0, done.stderr)
+                done = self.run_ok("check", graph, "--over", "local", "--set", "collision={type: collision.sdf, resolution: 16}",
+                                   environment=self.environment | {"TACTOR_MESH_PATH": str(graph.parent / "meshes")})
                 # Slow scenes state the bound that they need.
                 self.assertNotIn("physics may take", done.stderr)
 
