@@ -13,15 +13,20 @@ STIFF = ("coupling.k_t=6400 N/m", "scene.bodies.wall.material.stiffness=100 N/mm
 STEP = 1e-5  # m, of the device's encoder
 
 
+FORESEEN = {"ahead_most": 3, "held_most": 2}  # ticks, and a gap of the device's thread of 2 ticks
+TICK = 1e-3  # s
+
+
 @needs_hdf5
 @unittest.skipUnless(HAS_LIVE, "this build has no CAF, so no live engine")
 class LivePassivity(CommandTest):
     def played(self, *over):
-        """J: the most net energy that the motors had given, and what a tick and a rounding may bring; the longest gap (s) and the summary."""
+        """The summary of a run; the times of its ticks (s), the net energy that the motors had given at each (J), and the two parts of the
+        strict bound: what a rounding and what a tick may bring (J)."""
         import h5py
         import numpy
 
-        settings = [part for text in ("clock=real", "duration=2 s", "record=[device.truth, device.commanded]", *STIFF) for part in ("--set", text)]
+        settings = [part for text in ("clock=real", "duration=1.2 s", "record=[device.truth, device.commanded]", *STIFF) for part in ("--set", text)]
         out = self.folder / "out"
         self.run_ok("run", GRAPHS / "wall/closed_loop.yaml", *over, *settings, "--overwrite", "--out", out)
         with h5py.File(out / "recording.h5") as file:
@@ -32,28 +37,32 @@ class LivePassivity(CommandTest):
         self.assertFalse(numpy.delete(commanded["force"], of_commanded, axis=0).any())
         force, p = commanded["force"][of_commanded], truth["p_WD"][of_truth]
         self.assertGreater(numpy.linalg.norm(force, axis=1).max(), 1)
-        given = numpy.sum(force[:-1] * numpy.diff(p, axis=0), axis=1)
-        allowed = numpy.linalg.norm(force, axis=1).max() * STEP + numpy.abs(given).max()
-        return max(0, numpy.cumsum(given).max()), allowed, 1e-9 * numpy.diff(times).max(), json.loads((out / "summary.json").read_text())
+        energy = numpy.insert(numpy.cumsum(numpy.sum(force[:-1] * numpy.diff(p, axis=0), axis=1)), 0, 0)
+        rounding = numpy.linalg.norm(force, axis=1).max() * STEP
+        return json.loads((out / "summary.json").read_text()), 1e-9 * times, energy, rounding, numpy.abs(numpy.diff(energy)).max()
 
-    def test_a_bound_keeps_a_live_port_passive_where_nothing_is_later_than_it_foresees(self):
-        given, allowed, _, summary = self.played(*AWAY)
-        self.assertGreater(given, 10 * allowed)
+    def test_a_bound_keeps_a_live_port_passive_up_to_what_it_has_not_heard_of(self):
+        import numpy
+
+        summary, _, energy, rounding, tick = self.played(*AWAY)
+        self.assertGreater(energy.max(), 10 * (rounding + tick))
         self.assertEqual(summary["stability"]["passive"], 0)
+        # The machine may keep a thread waiting: a run that is on time is tried for, and a late one is held to what its lateness explains.
         for _ in range(8):
-            given, allowed, gap, summary = self.played(*AWAY, *STAGE)
+            summary, times, energy, rounding, tick = self.played(*AWAY, *STAGE)
             self.assertEqual(summary["clock"], "real")
             of_stage = summary["passivity"]
             self.assertGreaterEqual(of_stage["ahead_most"], 2)
-            # The machine may keep a thread waiting, and the run says so.
-            late = of_stage["ahead_most"] > 3 or of_stage["held_most"] > 2
+            late = any(of_stage[name] > most for name, most in FORESEEN.items())
             self.assertEqual(late, any("later than the bound foresees" in text for text in summary.get("remarks", ())))
-            if late or gap > 2.5e-3:
-                continue
-            self.assertLessEqual(given, allowed)
-            self.assertEqual(summary["stability"]["passive"], 1)
-            return
-        self.fail("this machine was late in each of eight runs")
+            gap = numpy.diff(times).max()
+            if not late and gap < 2.5 * TICK:
+                self.assertLessEqual(energy.max(), rounding + tick)
+                self.assertEqual(summary["stability"]["passive"], 1)
+                return
+            unheard = gap + TICK * sum(of_stage[name] for name in FORESEEN)
+            last = numpy.searchsorted(times, times + unheard, side="right") - 1
+            self.assertLessEqual(energy.max(), rounding + (energy[last] - energy).max())
 
 
 if __name__ == "__main__":
