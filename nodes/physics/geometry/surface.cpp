@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 namespace tactor {
 
@@ -14,8 +13,14 @@ Vec3 unit(const Vec3& v) {
 
 Surface::Surface(const TriangleMesh& mesh) {
   const auto at = [&](int i) -> const Vec3& { return mesh.vertices[static_cast<std::size_t>(i)]; };
-  std::map<std::pair<int, int>, Vec3> edges;
+  struct FaceEdge {
+    std::pair<int, int> ends;
+    std::size_t face;
+    std::size_t i;
+  };
+  std::vector<FaceEdge> edges;
   std::vector<Vec3> vertices(mesh.vertices.size());
+  edges.reserve(3 * mesh.faces.size());
   corners.reserve(mesh.faces.size());
   normals.resize(mesh.faces.size());
   for (std::size_t k = 0; k < mesh.faces.size(); ++k) {
@@ -24,16 +29,21 @@ Surface::Surface(const TriangleMesh& mesh) {
     const Vec3 n = normals[k].face = unit(doubled_area_normal(mesh, f));
     for (std::size_t i = 0; i < 3; ++i) {
       const int from = f[i], to = f[(i + 1) % 3], other = f[(i + 2) % 3];
-      edges[std::minmax(from, to)] += n;
+      edges.push_back({std::minmax(from, to), k, i});
       const Vec3 u = unit(at(to) - at(from)), v = unit(at(other) - at(from));
       vertices[static_cast<std::size_t>(from)] += std::acos(std::clamp(dot(u, v), -1.0, 1.0)) * n;
     }
   }
+  // The faces beside an edge stand together then, in their order.
+  std::stable_sort(edges.begin(), edges.end(), [](const FaceEdge& a, const FaceEdge& b) { return a.ends < b.ends; });
+  for (auto first = edges.begin(), last = first; first != edges.end(); first = last) {
+    Vec3 sum;
+    for (; last != edges.end() && last->ends == first->ends; ++last) sum += normals[last->face].face;
+    for (; first != last; ++first) normals[first->face].edge[first->i] = unit(sum);
+  }
   for (std::size_t k = 0; k < mesh.faces.size(); ++k) {
-    const auto& f = mesh.faces[k];
     for (std::size_t i = 0; i < 3; ++i) {
-      normals[k].edge[i] = unit(edges.at(std::minmax(f[i], f[(i + 1) % 3])));
-      normals[k].corner[i] = unit(vertices[static_cast<std::size_t>(f[i])]);
+      normals[k].corner[i] = unit(vertices[static_cast<std::size_t>(mesh.faces[k][i])]);
     }
   }
 }
