@@ -154,7 +154,8 @@ std::optional<GeometricMean> geometric_mean(std::span<const double> logs) {
   const double centre = mean(logs);
   if (!std::isfinite(centre)) return std::nullopt;
   // A ratio has a rounding of its own, whatever it is.
-  const double half = has_spread(logs, 1 + largest_size(logs)) ? half_interval(logs) : std::nan("");
+  const bool is_told = logs.size() >= fewest_seeds && has_spread(logs, 1 + largest_size(logs));
+  const double half = is_told ? half_interval(logs) : std::nan("");
   return GeometricMean{logs.size(), std::exp(centre), std::exp(centre - half), std::exp(centre + half)};
 }
 
@@ -171,11 +172,11 @@ std::optional<PairedDifference> paired_difference(std::span<const double> a, std
   const double scale = std::max(largest_size(a), largest_size(b));
   result.identical = how_identical(a, b, scale);
   result.mean = mean(differences);
-  if (result.identical != Identical::no) return result;
+  if (result.identical != Identical::no || result.pairs < fewest_seeds) return result;
   if (has_spread(differences, scale)) {
     const double half = half_interval(differences);
     result.interval = Interval{result.mean - half, result.mean + half};
-    if (result.pairs >= fewest_for_effect) result.effect_size = result.mean / standard_deviation(differences);
+    result.effect_size = result.mean / standard_deviation(differences);
   }
   result.p_wilcoxon = signed_rank_p(signed_ranks(std::move(differences)));
   return result;

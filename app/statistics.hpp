@@ -40,16 +40,17 @@ struct Interval {
   double high = 0;
 };
 
-/// The fewest pairs of which an effect size is told: of fewer, chance alone makes large ones, and no p is below .05.
-inline constexpr std::size_t fewest_for_effect = 6;
+/// The fewest seeds of which intervals, effect sizes and tests are told: of fewer, chance alone makes large effects,
+/// and no p of Wilcoxon's is below .05.
+inline constexpr std::size_t fewest_seeds = 6;
 
-/// The difference b - a over pairs (one pair a seed).
+/// The difference b - a over pairs (one pair a seed). Of fewer than `fewest_seeds` pairs the mean alone is told.
 struct PairedDifference {
   std::size_t pairs = 0;
   Identical identical = Identical::no;
   double mean = 0;
   std::optional<Interval> interval;  ///< of the mean, Student t; absent where the differences have no spread
-  /// Cohen's d_z, mean / standard deviation; absent without spread, and for fewer than `fewest_for_effect` pairs.
+  /// Cohen's d_z, mean / standard deviation; absent without spread.
   std::optional<double> effect_size;
   /// Signed-rank test of Wilcoxon, two-sided. Zero differences are left out (Wilcoxon's own way), equal sizes share
   /// their mean rank. Counted over all sign patterns, which is exact with ties too, up to 200 pairs; above by the
@@ -63,7 +64,7 @@ std::optional<PairedDifference> paired_difference(std::span<const double> a, std
 struct GeometricMean {
   std::size_t count = 0;
   double ratio = 1;
-  double low = 0;  ///< NaN, as is `high`, where the ratios have no spread: one alone, or copies of one
+  double low = 0;  ///< NaN, as is `high`, for fewer than `fewest_seeds`, and where the ratios are copies of one
   double high = 0;
 };
 /// Of the ratios exp(logs_i). Absent for none, or where one is not finite.

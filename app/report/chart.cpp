@@ -261,20 +261,26 @@ std::string ranges(const Chart& chart, bool& drawn) {
          fmt::format("set yrange [{:.9g}:{:.9g}]\n", (all.low - margin) / factor, (all.high + margin) * factor);
 }
 
+constexpr std::size_t key_line = 24;  // pixels for a name in the key, with the frame's share
+
 /// Prints the frame of the chart just drawn: left, right, bottom and top in pixels from below, then the values there.
 constexpr const char* print_frame =
     "print sprintf('frame %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g', GPVAL_TERM_XMIN, GPVAL_TERM_XMAX, GPVAL_TERM_YMIN, "
     "GPVAL_TERM_YMAX, GPVAL_X_MIN, GPVAL_X_MAX, GPVAL_Y_MIN, GPVAL_Y_MAX)\n";
 
-std::string script_of(const std::vector<Chart>& charts) {
+/// `height`: of each chart, in pixels.
+std::string script_of(const std::vector<Chart>& charts, int height) {
   std::string script =
       "set grid linecolor rgb '#dddddd' linewidth 0.6\nset key outside right top vertical Left reverse\n"
+      "set errorbars 0\n"
       "set lmargin 13\n";
   script += fmt::format("set rmargin {}\n", margin_of_key(charts));
   script += fmt::format("set multiplot layout {},1\n", charts.size());
   for (const Chart& chart : charts) {
     script += "set title " + quoted(chart.title) + "\nset xlabel " + quoted(chart.x_label) + "\nset ylabel " +
               quoted(chart.y_label) + "\n";
+    // A key that is longer than the chart would lie over it. The page's script writes one of its own.
+    script += chart.curves.size() * key_line <= static_cast<std::size_t>(height) ? "set key on\n" : "set key off\n";
     script += chart.log_x ? "set logscale x\n" : "unset logscale x\n";
     script += chart.log_y ? "set logscale y\n" : "unset logscale y\n";
     bool drawn = false;
@@ -330,10 +336,10 @@ std::string for_script(const std::vector<Chart>& charts, const std::string& fram
     if (numbers) one["frame"] = frame;  // a chart without values has none
     one["curves"] = nlohmann::json::array();
     for (const Curve& curve : chart.curves) {
-      if (curve.ring || curve.cross || !curve.x_low.empty()) return {};
+      if (curve.ring || curve.cross) return {};
       nlohmann::json& drawn = one["curves"].emplace_back();
       drawn = {{"name", curve.name}, {"color", curve.color}};
-      if (curve.points) drawn["mark"] = curve.mark;
+      if (curve.points || !curve.x_low.empty()) drawn["mark"] = curve.mark;
       if (curve.hollow) drawn["hollow"] = true;
       if (curve.dashed) drawn["dashed"] = true;
     }
@@ -399,18 +405,18 @@ std::string series_color(std::size_t index) {
 }
 
 std::string draw_svg(const std::vector<Chart>& charts, int width, int height) {
-  return gnuplot(script_of(charts), Format::svg, width, height * static_cast<int>(charts.size())).bytes;
+  return gnuplot(script_of(charts, height), Format::svg, width, height * static_cast<int>(charts.size())).bytes;
 }
 
 std::string chart_figure(const std::vector<Chart>& charts, int width, int height) {
-  Picture picture = gnuplot(script_of(charts), Format::svg, width, height * static_cast<int>(charts.size()));
+  Picture picture = gnuplot(script_of(charts, height), Format::svg, width, height * static_cast<int>(charts.size()));
   const std::string data = picture.is_drawn ? for_script(charts, picture.frames) : std::string();
   if (!data.empty()) picture.bytes.insert(4, " data-charts=\"" + escape(data) + "\"");
   return figure(picture.bytes);
 }
 
 std::string draw_png(const std::vector<Chart>& charts, int width, int height) {
-  return gnuplot(script_of(charts), Format::png, width, height * static_cast<int>(charts.size())).bytes;
+  return gnuplot(script_of(charts, height), Format::png, width, height * static_cast<int>(charts.size())).bytes;
 }
 
 std::string draw_map_svg(const CellMap& map, int width, int height) {

@@ -25,11 +25,13 @@ function read(svg, chart, letter) {
     x0 + (x - left) / (right - left) * (x1 - x0), y0 + (height - y - bottom) / (top - bottom) * (y1 - y0)]);
   chart.curves.forEach((curve, k) => {
     const group = svg.querySelector(`[id=gnuplot_plot_${k + 1}${letter}]`);
-    const texts = [...group ? group.querySelectorAll('mark' in curve ? 'use' : 'path') : []].flatMap(
-      one => (one.getAttribute('d') || one.getAttribute('transform')).split('M'));
     // The samples of gnuplot's key are right of the frame.
     const end = x1 + 0.01 * (x1 - x0);
-    curve.parts = texts.map(points).filter(part => part.length && part.every(p => p[0] < end));
+    const of = element => [...group ? group.querySelectorAll(element) : []].flatMap(
+      one => (one.getAttribute('d') || one.getAttribute('transform')).split('M')).map(points).filter(part => part.length && part.every(p => p[0] < end));
+    curve.lines = of('path');
+    curve.marks = 'mark' in curve ? of('use') : [];
+    curve.parts = curve.lines.concat(curve.marks);
   });
 }
 
@@ -88,12 +90,10 @@ function draw(chart) {
   const plot = add(svg, 'svg', {x: LEFT, y: TOP, width: w, height: h, viewBox: `${LEFT} ${TOP} ${w} ${h}`});
   for (const curve of chart.curves.filter(curve => !curve.hidden)) {
     const style = color(curve);
-    const parts = curve.parts.map(part => within(part, range).map(p => X(p[0]) + ',' + Y(p[1]))).filter(part => part.length);
-    if (!('mark' in curve)) {
-      add(plot, 'path', {class: 'line', style, d: parts.map(part => 'M' + part.join('L')).join(''), 'stroke-dasharray': curve.dashed ? '5 4' : 'none'});
-    } else {
-      for (const [at] of parts) add(plot, 'path', {class: curve.hollow ? 'mark hollow' : 'mark', style, d: SHAPES[curve.mark % 4], transform: `translate(${at})`});
-    }
+    const placed = parts => parts.map(part => within(part, range).map(p => X(p[0]) + ',' + Y(p[1]))).filter(part => part.length);
+    const d = placed(curve.lines).map(part => 'M' + part.join('L')).join('');
+    if (d) add(plot, 'path', {class: 'line', style, d, 'stroke-dasharray': curve.dashed ? '5 4' : 'none'});
+    for (const [at] of placed(curve.marks)) add(plot, 'path', {class: curve.hollow ? 'mark hollow' : 'mark', style, d: SHAPES[curve.mark % 4], transform: `translate(${at})`});
   }
   add(svg, 'rect', {class: 'frame', x: LEFT, y: TOP, width: w, height: h});
 }
@@ -142,11 +142,14 @@ function listen(chart) {
 }
 
 function build(figure, chart) {
-  const box = add(figure, 'div', {class: 'chart'}), key = add(box, 'div', {class: 'key'});
-  add(key, 'b', {}, chart.title);
+  const box = add(figure, 'div', {class: 'chart'});
+  add(box, 'b', {}, chart.title);
+  chart.svg = add(box, 'svg', {tabindex: 0, role: 'img', 'aria-label': chart.title});
+  const key = add(box, 'div', {class: 'key'});
   for (const curve of chart.curves.filter(curve => curve.name && curve.parts.length)) {
     const button = add(key, 'button', {'aria-pressed': true});
-    add(button, 'i', {style: color(curve), class: 'mark' in curve ? 'dots' : curve.dashed ? 'dashed' : ''});
+    add(button, 'i', {style: color(curve), class: 'mark' in curve ? 'mark' : curve.dashed ? 'line dashed' : 'line'},
+      'mark' in curve ? (curve.hollow ? '○□△◇' : '●■▲◆')[curve.mark % 4] : '');
     button.append(curve.name);
     button.onclick = () => {
       button.setAttribute('aria-pressed', !!curve.hidden);
@@ -156,7 +159,6 @@ function build(figure, chart) {
   }
   chart.back = add(key, 'button', {}, 'show the whole range');
   chart.back.onclick = () => zoom(chart, null);
-  chart.svg = add(box, 'svg', {tabindex: 0, role: 'img', 'aria-label': chart.title});
   listen(chart);
 }
 
@@ -176,9 +178,11 @@ for (const picture of document.querySelectorAll('svg[data-charts]')) {
   picture.remove();
   charts.push(...mine);
 }
-if (charts.length) add(charts[0].svg.closest('figure'), 'p', {class: 'hint'},
+const first = document.querySelector('.chart');
+if (first) add(first.closest('.pair') || first.parentNode, 'p', {class: 'hint'},
   'Click a name to hide its curve. Drag to zoom, double-click to see the whole. Keys: + − ← → 0.');
 charts.forEach(draw);
+for (const part of document.querySelectorAll('details')) part.ontoggle = () => charts.forEach(draw);  // what is folded has no width
 let width = innerWidth;
 addEventListener('resize', () => {
   if (innerWidth !== width) charts.forEach(draw);  // on phones, scrolling changes the height alone

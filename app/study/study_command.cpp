@@ -13,8 +13,8 @@
 #include "app/report/html_page.hpp"
 #include "app/report/scene_picture.hpp"
 #include "app/study/finish_study.hpp"
+#include "app/study/report/compare_report.hpp"
 #include "app/study/report/stability_map.hpp"
-#include "app/study/report/study_report.hpp"
 #include "app/study/report/text_tables.hpp"
 #include "app/study/run/run_cases.hpp"
 #include "app/study/run/study_metrics.hpp"
@@ -48,16 +48,16 @@ CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, 
 
 /// Notes in each row in what its scene differs from that of the first, and draws those that differ.
 std::string tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases, Registry& registry) {
-  const auto scene_of = [&](const RunCase& c) { return load_graph(c.graph, registry, c.overrides).scene; };
+  const auto graph_of = [&](const RunCase& c) { return load_graph(c.graph, registry, c.overrides); };
   const auto figure_of = [&](const Scene& scene, std::size_t row) {
     return scene_figure(scene, "The scene of " + breakable(comparison.rows[row].graph) + " as the run begins.");
   };
-  const Scene first = scene_of(cases.front());
-  std::string figures = figure_of(first, 0);
+  const GraphSpec first = graph_of(cases.front());
+  std::string figures = figure_of(first.scene, 0);
   for (std::size_t i = 1; i < cases.size(); ++i) {
-    const Scene scene = scene_of(cases[i]);
-    comparison.rows[i].unlike = scene_difference(scene, first, comparison.rows.front().graph);
-    if (!comparison.rows[i].unlike.empty()) figures += figure_of(scene, i);
+    const GraphSpec graph = graph_of(cases[i]);
+    comparison.rows[i].unlike = scene_difference(graph, first);
+    if (!comparison.rows[i].unlike.empty()) figures += figure_of(graph.scene, i);
   }
   return figures;
 }

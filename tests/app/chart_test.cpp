@@ -62,9 +62,13 @@ BOOST_AUTO_TEST_CASE(a_figure_tells_the_script_of_the_page_where_its_axes_are) {
                          "&quot;name&quot;:&quot;&lt;a&gt;&quot;}") != std::string::npos);
   BOOST_TEST(figure.find("1.0,10.0,2.0,4.0]") != std::string::npos);  // the ends of the axes, behind the frame's places
   BOOST_TEST(figure.find("&quot;log&quot;:[true,false]") != std::string::npos);
-  // What the script cannot draw stays gnuplot's.
+  // A curve with bars has marks too.
   chart.curves.front().x_low = chart.curves.front().x_high = chart.curves.front().x;
   chart.curves.front().y_low = chart.curves.front().y_high = chart.curves.front().y;
+  BOOST_TEST(chart_figure({chart}, 400, 200).find("&quot;mark&quot;:0,&quot;name&quot;:&quot;&lt;a&gt;&quot;}") !=
+             std::string::npos);
+  // What the script cannot draw stays gnuplot's.
+  chart.curves.front().ring = true;
   BOOST_TEST(chart_figure({chart}, 400, 200).find("data-charts") == std::string::npos);
 }
 

@@ -1,13 +1,16 @@
 // What reports say first, and what their tables mark.
 #include <boost/test/unit_test.hpp>
 #include <limits>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "app/report/html_page.hpp"
+#include "app/report/method_style.hpp"
 #include "app/report/run_report.hpp"
 #include "app/run/headline.hpp"
+#include "app/study/report/compare_report.hpp"
 #include "app/study/report/study_report.hpp"
 #include "app/study/report/verdict.hpp"
 #include "framework/core/stability.hpp"
@@ -89,34 +92,40 @@ std::size_t count(const std::string& text, const std::string& part) {
   return found;
 }
 
+/// Four values, then the first two again.
+Values six(Values four) {
+  for (std::vector<double>& values : four) values.insert(values.end(), {values[0], values[1]});
+  return four;
+}
+
 // The second is nearest and least late, the first smoothest; their costs tie.
-Comparison four_seeds() {
-  Comparison c = comparison(4);
-  add_row(c, "off", {{0.4, 0.5, 0.4, 0.5}, {1, 1.1, 1, 1.1}, {20, 21, 20, 21}, {9, 11, 10, 10}, {1, 2, 3, 4}});
-  add_row(c, "local", {{0.1, 0.2, 0.1, 0.2}, {2, 2.1, 2, 2.1}, {1, 2, 1, 2}, {10, 9.5, 11, 9.4}, {2, 2, 3, 4}});
+Comparison six_seeds() {
+  Comparison c = comparison(6);
+  add_row(c, "off", six({{0.4, 0.5, 0.4, 0.5}, {1, 1.1, 1, 1.1}, {20, 21, 20, 21}, {9, 11, 10, 10}, {1, 2, 3, 4}}));
+  add_row(c, "local", six({{0.1, 0.2, 0.1, 0.2}, {2, 2.1, 2, 2.1}, {1, 2, 1, 2}, {10, 9.5, 11, 9.4}, {2, 2, 3, 4}}));
   return c;
 }
 
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(a_verdict_names_the_nearest_the_smoothest_and_what_each_costs) {
-  const std::string text = verdict_of(four_seeds());
+  const std::string text = verdict_of(six_seeds());
   says(text,
-       "local is nearest to the reference: RMS error 0.150 ± 0.0577 N; next is off with 0.450 ± 0.0577 N, 3.0 "
+       "local is nearest to the reference: RMS error 0.150 ± 0.0548 N; next is off with 0.450 ± 0.0548 N, 3.0 "
        "times as much.");
-  says(text, "off is smoothest: RMS second difference 1.05 ± 0.0577 N/ms²; next is local with");
-  says(text, "local is least late: delay 1.50 ± 0.577 ms");
-  says(text, "CPU time for each second of the run: local 9.97 ± 0.732 ms/s (least) and off 10 ± 0.816 ms/s (least).");
+  says(text, "off is smoothest: RMS second difference 1.05 ± 0.0548 N/ms²; next is local with");
+  says(text, "local is least late: delay 1.50 ± 0.548 ms");
+  says(text, "CPU time for each second of the run: local 9.90 ± 0.600 ms/s (least) and off 10 ± 0.894 ms/s (least).");
   says_not(text, "chance");
 }
 
 BOOST_AUTO_TEST_CASE(a_difference_within_the_spread_of_the_seeds_is_a_tie) {
-  Comparison c = four_seeds();
+  Comparison c = six_seeds();
   add_row(c, "blend",
-          {{0.2, 0.1, 0.2, 0.11}, {nan_, nan_, nan_, nan_}, {30, 30, 30, 30}, {50, 50, 50, 50}, {1, 1, 1, 1}});
+          six({{0.2, 0.1, 0.2, 0.11}, {nan_, nan_, nan_, nan_}, {30, 30, 30, 30}, {50, 50, 50, 50}, {1, 1, 1, 1}}));
   const std::string text = verdict_of(c);
   says(text,
-       "local (0.150 ± 0.0577 N) and blend (0.152 ± 0.0550 N) are nearest to the reference by their RMS error, a tie "
+       "local (0.150 ± 0.0548 N) and blend (0.152 ± 0.0531 N) are nearest to the reference by their RMS error, a tie "
        "within the spread of the seeds; next is off");
   says(text, "No RMS second difference is reported of blend.");
 }
@@ -139,24 +148,25 @@ BOOST_AUTO_TEST_CASE(few_seeds_tie_where_they_do_not_agree) {
   const std::string text = verdict_of(c);
   says(text, "a is nearest to the reference");
   says(text, "No method is smoother than the others");
-  says(text, "With 2 seeds, small differences may be chance.");
+  says(text, "With 2 seeds, differences may be chance; 6 can be tested.");
 }
 
 BOOST_AUTO_TEST_CASE(a_row_that_lacks_seeds_is_not_ranked_and_a_metric_that_nobody_has_is_told) {
-  Comparison c = four_seeds();
-  add_row(c, "broken", {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}});
-  for (std::size_t s = 0; s < 4; ++s) fail(c.rows.back(), s);
-  fail(add_row(c, "partly", {{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}, {1, 1, 1, 1}, {1, 1, 1, 1}}), 2);
-  for (CompareRow& row : c.rows) row.values[2].assign(4, nan_);
+  Comparison c = six_seeds();
+  const Values zero(5, std::vector<double>(6, 0));
+  add_row(c, "broken", zero);
+  for (std::size_t s = 0; s < 6; ++s) fail(c.rows.back(), s);
+  fail(add_row(c, "partly", zero), 2);
+  for (CompareRow& row : c.rows) row.values[2].assign(6, nan_);
   const std::string text = verdict_of(c);
   says(text, "local is nearest to the reference");
   says(text, "No method is called least late: no run reports its delay.");
   says(text, "Not ranked, because every run failed: broken.");
-  says(text, "the seeds that are missing may be the hard ones: partly (3 of 4 seeds).");
+  says(text, "the seeds that are missing may be the hard ones: partly (5 of 6 seeds).");
   // A seed that all lack costs nobody its rank.
-  Comparison all = four_seeds();
+  Comparison all = six_seeds();
   for (CompareRow& row : all.rows) fail(row, 1);
-  says(verdict_of(all), "local (3 of 4 seeds) is nearest to the reference");
+  says(verdict_of(all), "local (5 of 6 seeds) is nearest to the reference");
 }
 
 BOOST_AUTO_TEST_CASE(without_another_graph_or_without_contact_nothing_is_compared) {
@@ -168,7 +178,7 @@ BOOST_AUTO_TEST_CASE(without_another_graph_or_without_contact_nothing_is_compare
        "delay 1 ms and CPU time 10 ms/s.");
   BOOST_TEST(ranking(one, 0).best.empty());
 
-  Comparison untouched = four_seeds();
+  Comparison untouched = six_seeds();
   for (CompareRow& row : untouched.rows) {
     for (RunResult& run : row.runs) run.metrics = {{"collision.touching_queries", 0}};
   }
@@ -176,12 +186,13 @@ BOOST_AUTO_TEST_CASE(without_another_graph_or_without_contact_nothing_is_compare
   says(text, "Nothing touches in any run: the methods are not ranked.");
   says_not(text, "nearest");
 
-  Comparison unlike = four_seeds();
+  Comparison unlike = six_seeds();
   unlike.rows[1].unlike = "its scene is another";
-  says(verdict_of(unlike), "The scenes differ, so this ranks more than the methods.");
+  says(verdict_of(unlike), "Only off can be ranked: nothing is compared.");
+  says(verdict_of(unlike), "Not ranked, because more than the method differs: local.");
   TimingNote noisy;
   noisy.warning = "not quiet";
-  says(verdict_of(unlike, noisy), "the machine was not quiet, so take these with care.");
+  says(verdict_of(six_seeds(), noisy), "the machine was not quiet, so take these with care.");
 }
 
 BOOST_AUTO_TEST_CASE(the_best_are_those_of_the_declared_direction) {
@@ -198,17 +209,94 @@ BOOST_AUTO_TEST_CASE(the_best_are_those_of_the_declared_direction) {
   BOOST_TEST(best(0) == std::vector<std::size_t>{0}, boost::test_tools::per_element());
 }
 
-BOOST_AUTO_TEST_CASE(the_page_of_a_comparison_begins_with_the_verdict_and_marks_the_best) {
-  Comparison c = four_seeds();
+BOOST_AUTO_TEST_CASE(a_cell_says_how_near_a_method_is_and_names_no_winner_within_noise) {
+  const auto cells = [](const Comparison& c) {
+    std::vector<std::string> texts;
+    for (std::size_t row = 0; row < c.rows.size(); ++row) texts.push_back(verdict_text(c, row));
+    return texts;
+  };
+  const auto are = [&](const Comparison& c, const std::vector<std::string>& expected) {
+    BOOST_TEST(cells(c) == expected, boost::test_tools::per_element());
+  };
+  Comparison c = six_seeds();
+  are(c, {"3 × the least error", "nearest"});
+  c.rows[0].unlike = "its coupling is stiffer";
+  are(c, {"not ranked: more than the method differs", "nothing to compare with"});
+  c = six_seeds();
+  c.rows[0].too_coarse = "why";
+  are(c, {"not ranked: no finer reference", "nothing to compare with"});
+  c = six_seeds();
+  fail(c.rows[1], 3);
+  are(c, {"nothing to compare with", "not ranked: runs failed"});
+  for (std::size_t s = 0; s < 6; ++s) {
+    if (s != 3) fail(c.rows[1], s);
+  }
+  are(c, {"nothing to compare with", "every run failed"});
+  // The differences have either sign, or the runs of all seeds are the same.
+  c = six_seeds();
+  add_row(c, "blend", six({{0.2, 0.1, 0.2, 0.11}, {1, 1, 1, 1}, {1, 1, 1, 1}, {1, 1, 1, 1}, {1, 1, 1, 1}}));
+  are(c, {"3 × the least error", "a tie for nearest", "a tie for nearest"});
+  c = six_seeds();
+  for (CompareRow& row : c.rows) row.identical_seeds = true;
+  are(c, {"3 × the least error", "least error, not tested"});
+  BOOST_TEST(!winner_of(c, ranking(c, 0)));
+  // Of few seeds no method is the winner.
+  for (const std::size_t seeds : {1U, 2U, 5U}) {
+    Comparison few = comparison(seeds);
+    const auto row = [&](double v) { return Values(5, std::vector<double>(seeds, v)); };
+    add_row(few, "off", row(0.3));
+    add_row(few, "local", row(0.1));
+    are(few, {"3 × the least error", "least error, not tested"});
+    BOOST_TEST(count(compare_report(few, {}), "aria-label=\"best\"") == 0U);
+  }
+  for (CompareRow& row : c.rows) {
+    for (RunResult& run : row.runs) run.metrics = {{"collision.touching_queries", 0}};
+  }
+  are(c, {"nothing touches", "nothing touches"});
+  c = comparison(1);
+  add_row(c, "a", {{nan_}, {1}, {1}, {1}, {1}});
+  are(c, {"no error is known"});
+}
+
+BOOST_AUTO_TEST_CASE(the_page_of_a_comparison_shows_error_and_cost_first_and_folds_the_rest) {
+  Comparison c = six_seeds();
   const std::string html = compare_report(c, {});
-  BOOST_TEST(html.find("<p class=\"verdict\">") < html.find("<p class=\"sub\">"));
-  // Error, roughness, delay, and both of the CPU times; none where there is no direction.
-  BOOST_TEST(count(html, "class=\"value best\"") == 5U);
-  BOOST_TEST(count(html, "aria-label=\"best\"") == 5U);
+  const std::string first = html.substr(0, html.find("<details>"));
+  says(first, "Error against run time");
+  says(first, "3 × the least error");
+  says_not(first, "nearest to the reference");
+  const std::size_t chart = first.find("Error against run time"), table = first.find("<table");
+  BOOST_TEST(chart < table);
+  // Six rows: what is not reported is told so.
+  BOOST_TEST(count(first, "<tr><th scope=\"row\">") == 6U);
+  says(first, "<tr><th scope=\"row\">vibration</th>");
+  // Error, roughness and delay, in both tables; the costs tie, and there is none where there is no direction.
+  BOOST_TEST(count(html, "class=\"value best\"") == 6U);
+  BOOST_TEST(count(html, "aria-label=\"best\"") == 6U);
   says(html, "<abbr tabindex=\"0\" title=\"RMS error &lt;of the force&gt;, N; lower is better\">error ↓</abbr>");
-  // As many columns as there is room for.
+  says(html, "<i class=\"mark\" style=\"--color:#0072B2\">●</i> local");
+  // As many columns as there is room for, in the six rows and among all metrics.
   for (int i = 0; i < 11; ++i) add_row(c, "m" + std::to_string(i), c.rows.front().values);
-  BOOST_TEST(count(compare_report(c, {}), "<table class=\"rows even\"") == 2U);
+  const std::string many = compare_report(c, {});
+  BOOST_TEST(count(many, "<table class=\"rows even\"") == 4U);
+  says(many, "<h1>off, local, m0 and 10 more</h1>");
+}
+
+BOOST_AUTO_TEST_CASE(a_method_has_its_colour_on_every_page_and_rows_of_one_colour_differ_in_their_marks) {
+  const std::vector<MethodStyle> a = method_styles({"bunny_off", "bunny_local", "mine", "bunny_local_exact"});
+  const std::vector<MethodStyle> b = method_styles({"local", "hold", "also mine", "refit stiffness=800"});
+  BOOST_TEST(a[1].color == b[0].color);
+  BOOST_TEST(a[0].color == b[1].color);
+  BOOST_TEST(a[3].color == a[1].color);
+  BOOST_TEST(a[3].mark != a[1].mark);
+  // Others have what is left.
+  for (const MethodStyle& known : {a[0], a[1]}) BOOST_TEST(known.color != a[2].color);
+  // Twenty-eight rows can be told apart.
+  std::vector<std::string> names;
+  for (int i = 0; i < 28; ++i) names.push_back("m" + std::to_string(i));
+  std::set<std::string> seen;
+  for (const MethodStyle& style : method_styles(names)) seen.insert(style.html());
+  BOOST_TEST(seen.size() == 28U);
 }
 
 BOOST_AUTO_TEST_CASE(the_page_of_a_run_begins_with_its_headline) {

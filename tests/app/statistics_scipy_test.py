@@ -13,6 +13,7 @@ except ImportError:
     sys.exit(77)
 
 TABLES = 2000
+FEWEST = 6  # pairs that are tested
 
 
 def draw(random):
@@ -63,6 +64,9 @@ class AgainstScipy(unittest.TestCase):
     def test_p_is_that_of_all_signs_and_never_below_the_least_possible(self):
         tied = 0
         for (a, b), found in zip(self.tables, self.found):
+            if len(a) < FEWEST and not found["identical"]:
+                self.assertIsNone(found["p_wilcoxon"])
+                continue
             if found["identical"]:
                 self.assertIsNone(found["p_wilcoxon"])
                 self.assertTrue(numpy.allclose(a, b, rtol=1e-12, atol=0) or (numpy.ptp(a) == 0 and numpy.ptp(b) == 0))
@@ -78,26 +82,23 @@ class AgainstScipy(unittest.TestCase):
         compared = 0
         for (a, b), found in zip(self.tables, self.found):
             differences = b - a
-            if 0 in differences or len(set(abs(differences))) < len(a) or found["identical"]:
+            if 0 in differences or len(set(abs(differences))) < len(a) or found["identical"] or len(a) < FEWEST:
                 continue
             compared += 1
             expected = scipy.stats.wilcoxon(a, b, mode="exact").pvalue
             self.assertAlmostEqual(found["p_wilcoxon"], expected, delta=1e-12)
-        self.assertGreater(compared, TABLES // 5)
+        self.assertGreater(compared, TABLES // 10)
 
-    def test_an_interval_is_students_and_an_effect_size_needs_spread_and_six_pairs(self):
+    def test_an_interval_is_students_and_it_and_an_effect_size_need_spread_and_six_pairs(self):
         for (a, b), found in zip(self.tables, self.found):
             differences = b - a
             self.assertAlmostEqual(found["mean"], differences.mean(), delta=1e-12)
-            if found["identical"] or numpy.ptp(differences) == 0:
+            if found["identical"] or numpy.ptp(differences) == 0 or len(a) < FEWEST:
                 self.assertEqual((found["interval"], found["effect_size"]), ([], None))
                 continue
             low, high = scipy.stats.t.interval(0.95, len(a) - 1, differences.mean(), scipy.stats.sem(differences))
             self.assertTrue(numpy.allclose(found["interval"], (low, high), rtol=1e-6, atol=1e-9), (a, b, found, low, high))
-            if len(a) < 6:
-                self.assertIsNone(found["effect_size"])
-            else:
-                self.assertAlmostEqual(found["effect_size"], differences.mean() / differences.std(ddof=1), delta=1e-9)
+            self.assertAlmostEqual(found["effect_size"], differences.mean() / differences.std(ddof=1), delta=1e-9)
 
     def test_the_anova_is_scipys_where_something_varies_within_the_groups(self):
         compared = 0

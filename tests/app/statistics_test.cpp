@@ -121,18 +121,22 @@ BOOST_AUTO_TEST_CASE(equal_groups_have_F_zero_and_constant_ones_have_none) {
 }
 
 BOOST_AUTO_TEST_CASE(a_geometric_mean_and_its_interval_are_those_of_the_logarithms) {
-  const std::vector<double> logs{std::log(1.0), std::log(2.0), std::log(4.0), std::log(8.0)};
+  std::vector<double> logs;
+  for (int i = 0; i < 6; ++i) logs.push_back(i * std::log(2.0));
   const auto m = geometric_mean(logs);
   BOOST_REQUIRE(m);
-  BOOST_TEST(std::abs(m->ratio - std::pow(2.0, 1.5)) < 1e-12);
-  // t(0.975, 3) = 3.18245; the standard deviation of 0, 1, 2, 3 is sqrt(5/3), over sqrt(4) values.
-  BOOST_TEST(std::abs(std::log2(m->high) - 1.5 - 3.18245 * std::sqrt(5.0 / 3.0) / 2) < 1e-5);
-  BOOST_TEST(std::abs(std::log2(m->low * m->high) - 3) < 1e-12);
-  // One value has no interval.
-  const auto one = geometric_mean(std::vector<double>{std::log(2.0)});
-  BOOST_TEST(std::abs(one->ratio - 2) < 1e-12);
-  BOOST_TEST(std::isnan(one->low));
-  BOOST_TEST(std::isnan(one->high));
+  BOOST_TEST(std::abs(m->ratio - std::pow(2.0, 2.5)) < 1e-12);
+  // t(0.975, 5) = 2.570582; the standard deviation of 0, 1, ... 5 is sqrt(3.5), over sqrt(6) values.
+  BOOST_TEST(std::abs(std::log2(m->high) - 2.5 - 2.570582 * std::sqrt(3.5 / 6)) < 1e-5);
+  BOOST_TEST(std::abs(std::log2(m->low * m->high) - 5) < 1e-12);
+  // Few values have no interval.
+  while (logs.size() > 1) {
+    logs.pop_back();
+    const auto few = geometric_mean(logs);
+    BOOST_TEST(std::abs(std::log2(few->ratio) - 0.5 * static_cast<double>(logs.size() - 1)) < 1e-12);
+    BOOST_TEST(std::isnan(few->low));
+    BOOST_TEST(std::isnan(few->high));
+  }
   BOOST_TEST(!geometric_mean({}));
   BOOST_TEST(!geometric_mean(std::vector<double>{0.0, std::log(0.0)}));
 }
@@ -156,7 +160,7 @@ BOOST_AUTO_TEST_CASE(signed_rank_p_is_that_count_with_ties_and_zeros_too_and_nev
   boost::random::mt19937_64 engine(52);
   int with_ties = 0, with_zeros = 0;
   for (int table = 0; table < 2000; ++table) {
-    const std::size_t n = 2 + engine() % 10;
+    const std::size_t n = fewest_seeds + engine() % 6;
     const auto most = static_cast<std::int64_t>(1 + engine() % 6);
     std::vector<double> a(n), b(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -175,7 +179,7 @@ BOOST_AUTO_TEST_CASE(signed_rank_p_is_that_count_with_ties_and_zeros_too_and_nev
     BOOST_REQUIRE(paired->p_wilcoxon);
     BOOST_TEST(std::abs(*paired->p_wilcoxon - p) < 1e-12);
     BOOST_TEST(*paired->p_wilcoxon >= std::ldexp(2.0, -static_cast<int>(n)));
-    BOOST_TEST(paired->effect_size.has_value() == (n >= fewest_for_effect && paired->interval.has_value()));
+    BOOST_TEST(paired->effect_size.has_value() == paired->interval.has_value());
   }
   BOOST_TEST(with_ties > 1000);
   BOOST_TEST(with_zeros > 500);
@@ -222,12 +226,13 @@ BOOST_AUTO_TEST_CASE(equal_differences_of_groups_that_vary_have_a_p_and_no_effec
   BOOST_TEST(paired->p_wilcoxon.value() == 2.0 / 64);
 }
 
-BOOST_AUTO_TEST_CASE(an_effect_size_needs_six_pairs) {
+BOOST_AUTO_TEST_CASE(a_test_needs_six_pairs) {
   for (std::size_t n = 2; n <= 8; ++n) {
     const std::vector<double> zero(n, 0.0), d = draw(n, 1.0, 9);
     const auto paired = paired_difference(zero, d);
     BOOST_TEST(paired->effect_size.has_value() == (n >= 6));
-    BOOST_TEST(paired->interval.has_value());
+    BOOST_TEST(paired->interval.has_value() == (n >= 6));
+    BOOST_TEST(paired->p_wilcoxon.has_value() == (n >= 6));
     if (paired->effect_size) BOOST_TEST(std::abs(*paired->effect_size - mean(d) / standard_deviation(d)) < 1e-12);
   }
 }
@@ -243,15 +248,15 @@ BOOST_AUTO_TEST_CASE(a_value_that_is_not_finite_makes_no_difference_of_means) {
 }
 
 BOOST_AUTO_TEST_CASE(the_confidence_interval_uses_students_t) {
-  const std::vector<double> a{1, 2, 3, 4, 5};
-  const std::vector<double> b{2, 4, 3, 6, 5};
-  // Differences 1 2 0 2 0: mean 1, standard deviation 1; t(0.975, 4) = 2.776445 from published tables.
+  const std::vector<double> a{1, 2, 3, 4, 5, 6};
+  const std::vector<double> b{2, 4, 3, 6, 5, 7};
+  // Differences 1 2 0 2 0 1: mean 1, standard deviation sqrt(0.8); t(0.975, 5) = 2.570582 from published tables.
   const auto paired = paired_difference(a, b);
   BOOST_REQUIRE(paired);
   BOOST_TEST(std::abs(paired->mean - 1.0) < 1e-15);
   BOOST_REQUIRE(paired->interval);
-  BOOST_TEST(std::abs(paired->interval->high - (1.0 + 2.776445 / std::sqrt(5.0))) < 1e-6);
-  BOOST_TEST(std::abs(paired->interval->low - (1.0 - 2.776445 / std::sqrt(5.0))) < 1e-6);
+  BOOST_TEST(std::abs(paired->interval->high - (1.0 + 2.570582 * std::sqrt(0.8 / 6))) < 1e-6);
+  BOOST_TEST(std::abs(paired->interval->low - (1.0 - 2.570582 * std::sqrt(0.8 / 6))) < 1e-6);
 }
 
 BOOST_AUTO_TEST_CASE(the_normal_approximation_continues_the_exact_test) {

@@ -1,4 +1,4 @@
-"""Reports in a browser: nothing is cut off on a screen or a phone, curves hide and zoom, definitions show."""
+"""Reports in a browser: the first screen shows the charts, nothing is cut off on a screen or a phone, curves hide and zoom, definitions show."""
 import re
 import shutil
 import tempfile
@@ -6,12 +6,13 @@ import unittest
 from pathlib import Path
 
 from browser import MISSING, needs_browser, open_browser
-from harness import GRAPHS, CommandTest, tactor
+from harness import GRAPHS, PATIENCE, CommandTest, tactor
 
 if not MISSING:
     from selenium.webdriver import ActionChains
     from selenium.webdriver.common.by import By
     from selenium.webdriver.common.keys import Keys
+    from selenium.webdriver.support.ui import WebDriverWait
 
 SCREEN, PHONE = (1280, 900), (390, 800)
 # The elements that reach over the window's right edge, but for those in a frame that scrolls.
@@ -30,7 +31,7 @@ class Pages(CommandTest):
         base = GRAPHS / "recorded/scene.yaml"
         graphs = []
         for i in range(12):
-            graphs.append(cls.made / f"a_method_with_a_rather_long_name_{i}.yaml")
+            graphs.append(cls.made / f"{i}_is_a_method_with_a_rather_long_name.yaml")
             graphs[-1].write_text(f"extends: {base}\n")
         study = cls.made / "study.yaml"
         study.write_text(f"graphs: [{base}]\nmethods: [{GRAPHS}/methods/hold.yaml, {GRAPHS}/methods/burg.yaml]\nseeds: 2\nduration: 0.6 s\njudge: whole\n")
@@ -58,7 +59,8 @@ class Pages(CommandTest):
     def chart(self, title):
         """The element of a chart, in view."""
         for element in self.browser.find_elements(By.CLASS_NAME, "chart"):
-            if element.find_element(By.TAG_NAME, "b").text.startswith(title):
+            if element.find_element(By.TAG_NAME, "b").get_attribute("textContent").startswith(title):
+                self.script("const folded = arguments[0].closest('details'); if (folded) folded.open = true", element)
                 self.script("arguments[0].scrollIntoView()", element)
                 return element
         self.fail(f"no chart {title}")
@@ -78,19 +80,46 @@ class Pages(CommandTest):
                     self.assertEqual(self.script(CUT), [])
 
     def test_twelve_methods_stand_beside_each_other_and_on_a_phone_below_each_other(self):
-        tops = """return [...document.querySelectorAll('table.even tbody tr:nth-child(2) td')].map(e => e.getBoundingClientRect().top);"""
+        tops = """return [...document.querySelector('table.even').querySelectorAll('tr:nth-child(2) td')].map(e => e.getBoundingClientRect().top);"""
         self.open("compare")
         self.assertEqual(len(self.script(tops)), 12)
         self.assertEqual(len(set(self.script(tops))), 1)
         self.open("compare", PHONE)
         self.assertEqual(len(set(self.script(tops))), 12)
         label = self.script("return getComputedStyle(document.querySelector('table.even tbody tr:nth-child(2) td'), '::before').content")
-        self.assertIn("a_method_with_a_rather_long_name_0", label)
+        self.assertIn("0_is_a_method_with_a_rather_long_name", label)
+
+    def test_a_comparison_shows_error_and_cost_and_the_force_on_its_first_screen(self):
+        self.open("compare", (1280, 800))
+        for title in ("Error against run time", "150 ms"):
+            self.assertLess(self.script("return arguments[0].querySelector('svg').getBoundingClientRect().bottom", self.chart(title)), 800)
+        self.assertEqual(self.script("return [...document.querySelector('table').querySelectorAll('tbody th')].map(e => e.textContent.split(' ')[0])"),
+                         ["error", "delay", "smoothness", "vibration", "run", "verdict"])
+
+    def test_a_method_has_the_colour_and_the_mark_of_its_head_in_every_chart(self):
+        self.open("compare")
+        heads = self.script("""return [...document.querySelector('table').querySelectorAll('thead th')].map(
+          e => [e.querySelector('i').style.getPropertyValue('--color'), ...e.textContent.split(/ (.*)/).slice(0, 2)]);""")
+        self.assertEqual(len(set(map(tuple, heads))), 12)
+        colors = {name: color for color, _, name in heads}
+        keys = """return [...arguments[0].querySelectorAll('.key button i')].map(
+          e => [e.style.getPropertyValue('--color'), e.textContent, e.parentNode.lastChild.textContent]);"""
+        marks = [key for key in self.script(keys, self.chart("Error against run time")) if key[2] in colors]
+        self.assertEqual(marks, heads)
+        for title in ("150 ms", "Force on the device"):
+            lines = {name: color for color, _, name in self.script(keys, self.chart(title)) if name in colors}
+            self.assertEqual(lines, colors)
+
+    def test_a_folded_chart_is_as_wide_as_the_page_when_it_is_opened(self):
+        self.open("compare")
+        whole = self.chart("Force on the device")
+        wide = "return arguments[0].querySelector('svg').getBoundingClientRect().width"
+        WebDriverWait(self.browser, PATIENCE).until(lambda _: self.script(wide, whole) > 1000)
 
     def test_a_name_hides_its_curve_and_shows_it_again(self):
         self.open("compare")
         chart = self.chart("Force on the device")
-        button = next(b for b in chart.find_elements(By.CSS_SELECTOR, ".key button") if b.text.endswith("name_3"))
+        button = next(b for b in chart.find_elements(By.CSS_SELECTOR, ".key button") if b.text.startswith("3_"))
         curves = len(chart.find_elements(By.CSS_SELECTOR, "path.line"))
         for pressed, left in (("false", curves - 1), ("true", curves)):
             button.click()
@@ -138,10 +167,11 @@ class Pages(CommandTest):
 
     def test_a_definition_shows_where_the_keyboard_goes(self):
         self.open("compare")
-        word = self.browser.find_element(By.CSS_SELECTOR, ".verdict abbr")
+        word = self.browser.find_element(By.CSS_SELECTOR, "table abbr")
         shown = "return getComputedStyle(arguments[0], '::after').content"
         self.assertEqual(self.script(shown, word), "none")
-        self.browser.find_element(By.TAG_NAME, "body").send_keys(Keys.TAB)
+        # From the last name of a curve, which comes before the table.
+        self.browser.find_elements(By.CSS_SELECTOR, ".pair button")[-2].send_keys(Keys.TAB)
         self.assertTrue(self.script("return document.activeElement === arguments[0]", word))
         self.assertIn(word.get_attribute("title"), self.script(shown, word))
         self.assertIn("is better", word.get_attribute("title"))

@@ -14,10 +14,12 @@
 
 namespace tactor {
 
-std::string identical_text(const PairedDifference& difference) {
+std::string untested_text(const PairedDifference& difference) {
   switch (difference.identical) {
     case Identical::no:
-      return {};
+      return difference.pairs < fewest_seeds
+                 ? fmt::format("{} seeds are too few to test ({} are the fewest)", difference.pairs, fewest_seeds)
+                 : std::string();
     case Identical::groups:
       return fmt::format("the same in each of {} seeds", difference.pairs);
     case Identical::pairs:
@@ -34,7 +36,7 @@ namespace {
 
 /// `-0.0210 N [-0.0290, -0.0130], d_z = -1.40, p = 0.0020`, without what the pairs do not tell.
 std::string difference_text(const PairedDifference& d) {
-  const std::string same = identical_text(d);
+  const std::string same = untested_text(d);
   if (d.identical == Identical::groups) return same;
   std::string text = fmt::format("{:+.4f} N", d.mean);
   if (d.interval) text += fmt::format(" [{:+.4f}, {:+.4f}]", d.interval->low, d.interval->high);

@@ -9,8 +9,8 @@
 
 namespace tactor {
 
-/// `the 6 seeds are identical: not tested`; empty where the pairs are not alike.
-std::string identical_text(const PairedDifference& difference);
+/// Why a difference is not tested, such as `the 6 seeds are identical: not tested`; empty where it is.
+std::string untested_text(const PairedDifference& difference);
 /// `p = 0.0313`.
 std::string p_text(double p);
 /// A line for each row that is compared with another: ANOVA of the single one-step errors, and paired differences with

@@ -32,8 +32,7 @@ constexpr std::size_t most_named = 12;
 
 /// Whether the noise of the seeds hides that `mine` is worse than `first`; both have a value for each seed.
 bool noise_hides(const std::vector<double>& first, const std::vector<double>& mine, double sign) {
-  constexpr std::size_t few_seeds = 3;
-  if (first.size() > few_seeds) {
+  if (first.size() >= fewest_seeds) {
     const PairedDifference difference = *paired_difference(first, mine);
     if (!difference.interval) return !(sign * difference.mean > 0) || difference.identical == Identical::groups;
     return difference.interval->low <= 0 && difference.interval->high >= 0;
@@ -158,7 +157,7 @@ std::string cost_sentence(const Comparison& comparison, const TimingNote& timing
 
 /// Why rows are not ranked.
 std::string not_ranked(const Comparison& comparison) {
-  std::vector<std::string> failed, lacking;
+  std::vector<std::string> failed, lacking, unlike;
   std::map<std::string, std::vector<std::string>> too_coarse;
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     const CompareRow& mine = comparison.rows[row];
@@ -166,6 +165,8 @@ std::string not_ranked(const Comparison& comparison) {
       failed.push_back(breakable(case_name(mine.graph, mine.configuration)));
     } else if (!mine.too_coarse.empty()) {
       too_coarse[mine.too_coarse].push_back(breakable(mine.name()));
+    } else if (!mine.unlike.empty()) {
+      unlike.push_back(breakable(mine.name()));
     } else if (!is_ranked(comparison, row)) {
       lacking.push_back(breakable(mine.name()));
     }
@@ -177,6 +178,9 @@ std::string not_ranked(const Comparison& comparison) {
         "<br>\nNot ranked, because runs failed and the seeds that are missing may be the hard "
         "ones: {}.",
         listed(lacking));
+  }
+  if (!unlike.empty()) {
+    text += fmt::format("<br>\nNot ranked, because more than the method differs: {}.", listed(unlike));
   }
   for (const auto& [why, names] : too_coarse) {
     text += fmt::format("<br>\nNot ranked, because {}: {}.", escape(why), listed(names));
@@ -214,8 +218,8 @@ std::string sentences(const Comparison& comparison, const TimingNote& timing) {
   if (ranked.empty() && !is_judged) return "No method is ranked." + not_ranked(comparison);
   if (ranked.size() < 2) {
     return (ranked.empty()
-                ? std::string("No method has all seeds: nothing is compared.")
-                : fmt::format("Only {} has all seeds: nothing is compared.{}", breakable(rows[ranked.front()].name()),
+                ? std::string("No method can be ranked: nothing is compared.")
+                : fmt::format("Only {} can be ranked: nothing is compared.{}", breakable(rows[ranked.front()].name()),
                               sentences_of_one(comparison, ranked.front()))) +
            not_ranked(comparison);
   }
@@ -234,11 +238,8 @@ std::string sentences(const Comparison& comparison, const TimingNote& timing) {
                         seeds);
   } else if (seeds == 1) {
     text += "<br>\nWith one seed, it is unknown how much of this is chance.";
-  } else if (seeds == 2 || seeds == 3) {
-    text += fmt::format("<br>\nWith {} seeds, small differences may be chance.", seeds);
-  }
-  if (std::any_of(rows.begin(), rows.end(), [](const CompareRow& row) { return !row.unlike.empty(); })) {
-    text += "<br>\nThe scenes differ, so this ranks more than the methods.";
+  } else if (seeds < fewest_seeds) {
+    text += fmt::format("<br>\nWith {} seeds, differences may be chance; {} can be tested.", seeds, fewest_seeds);
   }
   return text;
 }
@@ -249,8 +250,15 @@ bool Ranking::is_best(std::size_t row) const {
   return std::find(best.begin(), best.end(), row) != best.end();
 }
 
+std::optional<std::size_t> winner_of(const Comparison& comparison, const Ranking& ranking) {
+  if (ranking.best.size() != 1) return std::nullopt;
+  const CompareRow& row = comparison.rows[ranking.best.front()];
+  if (row.seeds_done() < fewest_seeds || row.identical_seeds) return std::nullopt;
+  return ranking.best.front();
+}
+
 bool is_ranked(const Comparison& comparison, std::size_t row) {
-  if (!comparison.rows[row].too_coarse.empty()) return false;
+  if (!comparison.rows[row].too_coarse.empty() || !comparison.rows[row].unlike.empty()) return false;
   const std::vector<RunStatus>& mine = comparison.rows[row].status;
   bool any = false;
   for (std::size_t s = 0; s < mine.size(); ++s) {
@@ -280,6 +288,28 @@ Ranking ranking(const Comparison& comparison, std::size_t column) {
     if (pretty(mean(first)) == pretty(mean(mine)) || noise_hides(first, mine, sign)) found.best.push_back(row);
   }
   return found;
+}
+
+std::string verdict_text(const Comparison& comparison, std::size_t row) {
+  const CompareRow& mine = comparison.rows[row];
+  if (mine.seeds_done() == 0) return "every run failed";
+  if (!mine.too_coarse.empty()) return "not ranked: no finer reference";
+  if (!mine.unlike.empty()) return "not ranked: more than the method differs";
+  if (!is_ranked(comparison, row)) return "not ranked: runs failed";
+  if (mine.never_touches()) return "nothing touches";
+  const auto column = std::find_if(comparison.columns.begin(), comparison.columns.end(),
+                                   [](const Column& one) { return one.metric == delivered_error; });
+  if (column == comparison.columns.end()) return "no error is known";
+  const auto index = static_cast<std::size_t>(column - comparison.columns.begin());
+  const auto error = [&](std::size_t of) { return mean(comparison.rows[of].done(comparison.rows[of].values[index])); };
+  if (!std::isfinite(error(row))) return "no error is known";
+  const Ranking order = ranking(comparison, index);
+  if (order.rows.size() < 2) return "nothing to compare with";
+  if (winner_of(comparison, order) == row) return "nearest";
+  if (order.is_best(row)) return order.best.size() > 1 ? "a tie for nearest" : "least error, not tested";
+  const std::size_t first = order.rows.front();
+  return error(first) > 0 ? fmt::format("{:.2g} × the least error", error(row) / error(first))
+                          : std::string("a larger error");
 }
 
 std::string verdict_html(const Comparison& comparison, const TimingNote& timing) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -21,12 +22,20 @@ struct Ranking {
   [[nodiscard]] bool is_best(std::size_t row) const;
 };
 
-/// Whether the row has every seed that some row has, and a truth that is finer than its runs. One that lacks a seed is
-/// not ranked: the seeds that it lacks may be the hard ones.
+/// The row that the seeds show to be best. None where rows tie, where fewer than `fewest_seeds` are done, and where the
+/// seeds are copies of one run.
+std::optional<std::size_t> winner_of(const Comparison& comparison, const Ranking& ranking);
+
+/// Whether the row has every seed that some row has, a truth that is finer than its runs, and the scene and the
+/// stiffness that the others have. One that lacks a seed is not ranked: the seeds that it lacks may be the hard ones.
 bool is_ranked(const Comparison& comparison, std::size_t row);
 
 /// The ranking by the metric of that column, with the direction that the metric declares.
 Ranking ranking(const Comparison& comparison, std::size_t column);
+
+/// How near to the reference the row is, in a few words for a cell: `nearest`, `2.1 × the least error`, or why
+/// it is not ranked.
+std::string verdict_text(const Comparison& comparison, std::size_t row);
 
 /// In plain words: which method is nearest to the reference, smoothest and least late, what each costs, and which are
 /// not ranked and why. HTML, with the definition of each metric.

@@ -157,7 +157,8 @@ void judge(Comparison& comparison) {
       for (const std::size_t s : seeds) all.push_back(of.runs[s].metric(name));
       return all;
     };
-    if (!row.identical_seeds || !first.identical_seeds) row.one_step_anova = one_way_anova(pooled(first), pooled(row));
+    const bool is_chance = !row.identical_seeds || !first.identical_seeds;
+    if (is_chance && seeds.size() >= fewest_seeds) row.one_step_anova = one_way_anova(pooled(first), pooled(row));
     for (const auto& [target, name] :
          {std::pair{&row.one_step, "one_step.force.rms_error_N"}, {&row.delivered, "delivered.force.rms_error_N"}}) {
       const std::vector<double> a = metrics(first, name);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 #include <map>
+#include <variant>
 
 #include "app/report/html_page.hpp"
 #include "app/run/headline.hpp"
@@ -23,6 +24,20 @@ const Body* find(const Scene& scene, const std::string& name) {
 bool same(const Material& a, const Material& b) {
   return a.stiffness == b.stiffness && a.damping == b.damping && a.friction == b.friction &&
          a.patch_area == b.patch_area;
+}
+
+/// What the nodes that couple handle and tool have in N/m and N m/rad.
+std::vector<double> stiffness_of_coupling(const GraphSpec& graph) {
+  std::vector<double> found;
+  for (const NodeSpec& node : graph.nodes) {
+    if (node.info->role != Role::coupling) continue;
+    for (std::size_t i = 0; i < node.params.size(); ++i) {
+      const std::string& unit = node.info->params[i].unit;
+      const auto* value = std::get_if<double>(&node.params[i]);
+      if (value != nullptr && (unit == "N/m" || unit == "N m/rad")) found.push_back(*value);
+    }
+  }
+  return found;
 }
 
 /// The first few.
@@ -121,7 +136,8 @@ std::string warnings_html(const Comparison& comparison) {
   return html;
 }
 
-std::string scene_difference(const Scene& scene, const Scene& of_other, const std::string& other) {
+std::string scene_difference(const GraphSpec& graph, const GraphSpec& other) {
+  const Scene &scene = graph.scene, &of_other = other.scene;
   std::vector<std::string> parts;
   if (scene.gravity_W != of_other.gravity_W) parts.emplace_back("has another gravity");
   if (scene.moving().size() == of_other.moving().size() && scene.tool() != nullptr &&
@@ -146,8 +162,10 @@ std::string scene_difference(const Scene& scene, const Scene& of_other, const st
   for (const Body& mine : scene.bodies) {
     if (find(of_other, mine.name) == nullptr) parts.push_back("has the body " + mine.name + " besides");
   }
+  if (stiffness_of_coupling(graph) != stiffness_of_coupling(other))
+    parts.emplace_back("has another stiffness of the coupling");
   if (parts.empty()) return {};
-  return fmt::format("its scene differs from that of {}: it {}; so more than the method differs", other,
+  return fmt::format("its scene differs from that of {}: it {}; so more than the method differs", other.name,
                      fmt::join(parts, ", "));
 }
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/study/table/comparison.hpp"
-#include "framework/core/scene.hpp"
+#include "framework/graph/spec.hpp"
 
 namespace tactor {
 
@@ -16,8 +16,8 @@ std::string warning_lines(const Comparison& comparison);
 /// The same for the top of a page; empty for none.
 std::string warnings_html(const Comparison& comparison);
 
-/// In what the scene differs from that of `other`, a graph's name, as a sentence that begins `its scene`; empty: in
-/// nothing.
-std::string scene_difference(const Scene& scene, const Scene& of_other, const std::string& other);
+/// In what the graph's scene, or the stiffness of its coupling, differs from that of `other`, as a sentence that begins
+/// `its scene`; empty: in nothing.
+std::string scene_difference(const GraphSpec& graph, const GraphSpec& other);
 
 }  // namespace tactor
