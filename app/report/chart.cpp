@@ -261,7 +261,7 @@ std::string ranges(const Chart& chart, bool& drawn) {
          fmt::format("set yrange [{:.9g}:{:.9g}]\n", (all.low - margin) / factor, (all.high + margin) * factor);
 }
 
-constexpr std::size_t key_line = 24;  // pixels for a name in the key, with the frame's share
+constexpr int key_line = 24;  // pixels for a name in the key, with the frame's share
 
 /// Prints the frame of the chart just drawn: left, right, bottom and top in pixels from below, then the values there.
 constexpr const char* print_frame =
@@ -280,7 +280,9 @@ std::string script_of(const std::vector<Chart>& charts, int height) {
     script += "set title " + quoted(chart.title) + "\nset xlabel " + quoted(chart.x_label) + "\nset ylabel " +
               quoted(chart.y_label) + "\n";
     // A key that is longer than the chart would lie over it. The page's script writes one of its own.
-    script += chart.curves.size() * key_line <= static_cast<std::size_t>(height) ? "set key on\n" : "set key off\n";
+    const auto named =
+        std::count_if(chart.curves.begin(), chart.curves.end(), [](const Curve& c) { return !c.name.empty(); });
+    script += named * key_line <= height ? "set key on\n" : "set key off\n";
     script += chart.log_x ? "set logscale x\n" : "unset logscale x\n";
     script += chart.log_y ? "set logscale y\n" : "unset logscale y\n";
     bool drawn = false;
@@ -298,6 +300,11 @@ std::string script_of(const std::vector<Chart>& charts, int height) {
     std::string plot;
     std::size_t block = 0;
     for (const Curve& curve : chart.curves) {
+      const char* comma = plot.empty() ? "plot " : ", ";
+      if (curve.x.empty()) {
+        plot += fmt::format("{}keyentry {} title {}", comma, curve_style(curve), quoted(curve.name));
+        continue;
+      }
       const bool bars = !curve.x_low.empty();
       script += fmt::format("$data{} << EOD\n", block);
       for (std::size_t i = 0; i < curve.x.size(); ++i) {
@@ -310,8 +317,8 @@ std::string script_of(const std::vector<Chart>& charts, int height) {
         script += "\n";
       }
       script += "EOD\n";
-      plot += fmt::format("{}$data{} using {} title {} {}", plot.empty() ? "plot " : ", ", block,
-                          bars ? "1:2:3:4:5:6" : "1:2", quoted(curve.name), curve_style(curve));
+      plot += fmt::format("{}$data{} using {} title {} {}", comma, block, bars ? "1:2:3:4:5:6" : "1:2",
+                          quoted(curve.name), curve_style(curve));
       ++block;
     }
     script += plot + "\n" + print_frame;

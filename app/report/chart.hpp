@@ -9,7 +9,7 @@
 
 namespace tactor {
 
-/// A curve, or marks where `points` is set.
+/// A curve, or marks where `points` is set. Without values it stands in the key alone.
 struct Curve {
   std::string name;
   std::vector<double> x;

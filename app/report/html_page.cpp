@@ -51,6 +51,10 @@ std::string defined(const std::string& html, const MetricInfo* metric) {
   return "<abbr tabindex=\"0\" title=\"" + escape(definition(*metric)) + "\">" + html + "</abbr>";
 }
 
+std::string folded(const std::string& summary, const std::string& html) {
+  return html.empty() ? html : fmt::format("<details><summary>{}</summary>\n{}</details>\n", summary, html);
+}
+
 std::string figure(const std::string& svg) {
   return "<figure>" + svg + "</figure>\n";
 }

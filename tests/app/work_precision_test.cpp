@@ -189,14 +189,38 @@ BOOST_AUTO_TEST_CASE(one_seed_has_neither_bars_nor_brackets) {
   const std::string barred = svg();
   const auto halos = count(barred, ")' color='#FFFFFF'");  // gnuplot 6 draws one behind each mark with bars
   BOOST_TEST(count(barred, "<use") - halos == count(bare, "<use"));
-  BOOST_TEST(strokes(bare) == 2U);  // the line through each method's marks
-  BOOST_TEST(strokes(barred) > 2U);
+  BOOST_TEST(strokes(bare) == 4U);  // the line through each method's marks, and its sample in the key
+  BOOST_TEST(strokes(barred) > 4U);
   // A curve of both kinds has all of its marks: the second point has lost its second seed.
   study.comparison.rows[1].status[1] = RunStatus::failed;
   const std::string mixed = svg();
-  BOOST_TEST(strokes(mixed) > 2U);
+  BOOST_TEST(strokes(mixed) > 4U);
   BOOST_TEST(strokes(mixed) < strokes(barred));
   BOOST_TEST(count(mixed, ">hold</text>") == 1U);
+}
+
+BOOST_AUTO_TEST_CASE(a_chart_has_the_error_upwards_and_its_key_names_methods_by_colour_and_values_by_marks) {
+  Study study = two_methods({}, StudyTime::run);
+  study.spec.metrics = {"cpu_ms_per_s"};
+  const TemporaryFolder folder;
+  const std::string html = write_work_precision(folder.path(), study, work_precision(study));
+  const std::size_t run_time = html.find(">CPU ms a simulated second</text>");
+  const std::string error = ">" + work_precision(study).error_label + "</text>";
+  const std::size_t upwards = html.find(error);
+  BOOST_REQUIRE(run_time != std::string::npos);
+  BOOST_REQUIRE(upwards != std::string::npos);
+  // A label along y is turned.
+  const auto is_turned = [&](std::size_t at) {
+    const std::size_t group = html.rfind("<g transform=", at);
+    return html.substr(group, html.find('>', group) - group).find("rotate(") != std::string::npos;
+  };
+  BOOST_TEST(is_turned(upwards));
+  BOOST_TEST(!is_turned(run_time));
+  for (const char* name : {"hold", "line", "x.p=1", "x.p=2"}) {
+    BOOST_TEST(html.find(">" + std::string(name) + "</text>") != std::string::npos, name);
+  }
+  // The metric that the study names.
+  BOOST_TEST(html.find("<div class=\"wide\"><table class=\"rows\">") != std::string::npos);
 }
 
 BOOST_AUTO_TEST_CASE(over_all_graphs_bars_are_over_seeds) {

@@ -63,11 +63,6 @@ std::string head_of_row(const Comparison& comparison, const PageRows& shown, std
   return shown.styles[row].html() + " " + breakable(shown.names[row] + (seeds.empty() ? "" : " (" + seeds + ")"));
 }
 
-/// Folded away until it is asked for.
-std::string folded(const std::string& summary, const std::string& html) {
-  return html.empty() ? html : fmt::format("<details><summary>{}</summary>\n{}</details>\n", summary, html);
-}
-
 /// The mean, marked where the seeds show it to be the best of its row, and the deviation.
 std::string compare_cell(const std::vector<double>& values, bool best) {
   const char* mark = best ? " <span role=\"img\" aria-label=\"best\">★</span>" : "";

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "app/report/html_page.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/report/text_tables.hpp"
@@ -37,6 +39,24 @@ std::string judged_html(const Comparison& comparison) {
   std::string html;
   for (const std::string& sentence : judged_sentences(comparison)) html += "<li>" + escape(sentence) + "</li>\n";
   return fmt::format("<ul>\n{}</ul>\n<p>{}</p>\n", html, arrows_text);
+}
+
+std::string named_metrics_html(const Study& study, std::size_t graph) {
+  if (study.spec.metrics.empty()) return {};
+  const Comparison& comparison = study.comparison;
+  std::vector<std::string> heads{""};
+  for (const Column& column : comparison.columns) heads.push_back(head_text(comparison, column));
+  HtmlTable table(std::move(heads));
+  for (std::size_t s = 0; s < study.configurations.size(); ++s) {
+    const CompareRow& row = comparison.rows[graph * study.configurations.size() + s];
+    std::vector<std::string> cells{escape(row.configuration + study.incomplete(s))};
+    for (const std::vector<double>& by_seed : row.values) {
+      const std::vector<double> values = row.done(by_seed);
+      cells.push_back(fmt::format("{} ± {}", pretty(mean(values)), deviation(values)));
+    }
+    table.add(cells);
+  }
+  return "<div class=\"wide\">" + table.html() + "</div>\n";
 }
 
 std::string significance_html(const Comparison& comparison, const std::string& against) {

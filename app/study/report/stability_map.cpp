@@ -16,6 +16,7 @@
 #include "app/report/scene_picture.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/summary.hpp"
+#include "app/study/report/report_parts.hpp"
 #include "app/study/table/warnings.hpp"
 #include "app/study/table/where.hpp"
 #include "framework/core/user_folders.hpp"
@@ -485,6 +486,12 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
       }
     }
     body += "</tbody></table></div>\n";
+  }
+  for (std::size_t graph = 0; graph < study.spec.graphs.size(); ++graph) {
+    const std::string metrics = named_metrics_html(study, graph);
+    if (metrics.empty()) continue;
+    body += "<h2>" + escape(study.comparison.rows[graph * study.configurations.size()].graph) + ": metrics</h2>\n" +
+            metrics;
   }
   body += where_html(study.comparison);
   return page(study.spec.name, body);

@@ -9,6 +9,7 @@
 
 #include "app/report/chart.hpp"
 #include "app/report/html_page.hpp"
+#include "app/report/method_style.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/report/report_parts.hpp"
 #include "app/study/report/text_tables.hpp"
@@ -71,13 +72,16 @@ std::string study_chart(const Study& study) {
   }
   Chart chart{"Error against run time", "prediction and interpolation, µs a device tick", y_label, {}, {}};
   chart.log_x = true;
+  // The values of a method follow each other, so that each has a mark of its own.
+  std::vector<std::string> names;
+  for (std::size_t s = 0; s < study.configurations.size(); ++s) names.push_back(study.comparison.rows[s].configuration);
+  const std::vector<MethodStyle> styles = method_styles(names);
   for (std::size_t s = 0; s < study.configurations.size(); ++s) {
     const std::optional<GeometricMean>& error = study.ratios_over_graphs[s].delivered;
     const double us = study.over_graphs(s, "method_us_per_tick");
     if (!error || !(us > 0)) continue;
     chart.curves.push_back(
-        {study.comparison.rows[s].configuration + study.incomplete(s), {us}, {error->ratio}, series_color(s), true});
-    chart.curves.back().mark = s / series_colors;
+        {names[s] + study.incomplete(s), {us}, {error->ratio}, styles[s].color, true, styles[s].mark});
     chart.curves.back().hollow = !study.incomplete(s).empty();
   }
   return chart.curves.size() < 2 ? "" : chart_figure({chart}, 1160, 420);

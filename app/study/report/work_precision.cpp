@@ -9,7 +9,9 @@
 #include "app/output.hpp"
 #include "app/report/chart.hpp"
 #include "app/report/html_page.hpp"
+#include "app/report/method_style.hpp"
 #include "app/run/summary.hpp"
+#include "app/study/report/report_parts.hpp"
 #include "app/study/table/warnings.hpp"
 #include "app/study/table/where.hpp"
 #include "framework/graph/text_table.hpp"
@@ -112,7 +114,7 @@ void mark_fronts(WorkGraph& graph, StudyTime time, Better better) {
   }
 }
 
-/// Marks of one curve: those with bars, and those of one seed alone, which has none.
+/// Marks of one colour and shape: those with bars, and those of one seed alone, which has none.
 struct Marks {
   Curve bars, bare;
 
@@ -126,54 +128,76 @@ struct Marks {
     bars.y_low.push_back(y.low);
     bars.y_high.push_back(y.high);
   }
-  /// Those that there are; the key names the curve once.
+  /// Those that there are.
   void put_into(Chart& chart) && {
-    bare.points = true;
-    if (!bars.x.empty()) bare.name.clear();
     for (Curve* marks : {&bars, &bare}) {
       if (!marks->x.empty()) chart.curves.push_back(std::move(*marks));
     }
   }
 };
 
-Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPoint::*time, bool WorkPoint::*front,
-               const std::string& y_label) {
-  Chart chart{graph.graph, found.error_label, y_label, {}, {}};
-  chart.log_x = chart.log_y = chart.close = true;
-  std::vector<std::string> names;
-  for (const WorkPoint& p : graph.points) {
-    if (std::find(names.begin(), names.end(), p.curve) == names.end()) names.push_back(p.curve);
+template <class Member>
+std::vector<std::string> distinct(const std::vector<WorkPoint>& points, Member member) {
+  std::vector<std::string> found;
+  for (const WorkPoint& p : points) {
+    if (std::find(found.begin(), found.end(), p.*member) == found.end()) found.push_back(p.*member);
   }
+  return found;
+}
+
+/// Nothing but a name in the key.
+Curve in_key(std::string name, std::string color, std::size_t mark) {
+  return {std::move(name), {}, {}, std::move(color), true, mark};
+}
+
+/// A method has a colour, the values of what varies along it have a mark each; the key tells both.
+Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPoint::*time, bool WorkPoint::*front,
+               const std::string& x_label) {
+  Chart chart{graph.graph, x_label, found.error_label, {}, {}};
+  chart.log_x = chart.log_y = chart.close = true;
+  const std::vector<std::string> names = distinct(graph.points, &WorkPoint::curve);
+  const std::vector<std::string> values = distinct(graph.points, &WorkPoint::values);
+  const bool is_varied = values.size() > 1;
+  const std::vector<MethodStyle> styles = method_styles(names);
   Curve ring{"not undercut", {}, {}, "#222222"};
   ring.ring = true;
   Curve cross{"incomplete: seeds failed", {}, {}, "#c00000"};
   cross.cross = true;
+  const auto put = [](Curve& curve, const Spread& x, const Spread& y) {
+    curve.x.push_back(x.centre);
+    curve.y.push_back(y.centre);
+  };
   for (std::size_t c = 0; c < names.size(); ++c) {
-    Curve mark{names[c].empty() ? graph.graph : names[c], {}, {}, series_color(c)};
-    mark.mark = c / series_colors;
-    for (const WorkPoint& p : graph.points) {
-      if (p.curve == names[c] && p.bound) mark.hollow = true;
+    const bool bound = std::any_of(graph.points.begin(), graph.points.end(),
+                                   [&](const WorkPoint& p) { return p.curve == names[c] && p.bound; });
+    Curve line{"", {}, {}, styles[c].color};
+    std::vector<Marks> marks(values.size());
+    for (std::size_t v = 0; v < values.size(); ++v) {
+      Curve& mark = marks[v].bars = in_key("", styles[c].color, is_varied ? v : styles[c].mark);
+      mark.hollow = bound;
+      marks[v].bare = mark;
     }
-    if (mark.hollow) mark.name += " (bound)";
-    Marks marks{mark, mark};
-    Curve line{"", {}, {}, mark.color};
     for (const WorkPoint& p : graph.points) {
       const Spread& t = p.*time;
       if (p.curve != names[c] || !std::isfinite(p.error.centre) || !std::isfinite(t.centre)) continue;
-      marks.add(p.error, t);
-      line.x.push_back(p.error.centre);
-      line.y.push_back(t.centre);
-      if (p.incomplete()) {
-        cross.x.push_back(p.error.centre);
-        cross.y.push_back(t.centre);
-      }
-      if (p.*front) {
-        ring.x.push_back(p.error.centre);
-        ring.y.push_back(t.centre);
-      }
+      const auto value = std::find(values.begin(), values.end(), p.values) - values.begin();
+      marks[static_cast<std::size_t>(value)].add(t, p.error);
+      put(line, t, p.error);
+      if (p.incomplete()) put(cross, t, p.error);
+      if (p.*front) put(ring, t, p.error);
     }
+    if (line.x.empty()) continue;
+    const std::string name = (names[c].empty() ? graph.graph : names[c]) + (bound ? " (bound)" : "");
+    Curve key = in_key(name, styles[c].color, is_varied ? 0 : styles[c].mark);
+    key.hollow = bound;
+    key.points = !is_varied;
+    chart.curves.push_back(std::move(key));
     if (line.x.size() > 1) chart.curves.push_back(std::move(line));
-    std::move(marks).put_into(chart);
+    for (Marks& of_value : marks) std::move(of_value).put_into(chart);
+  }
+  if (chart.curves.empty()) return chart;
+  for (std::size_t v = 0; is_varied && v < values.size(); ++v) {
+    chart.curves.push_back(in_key(values[v].empty() ? "as it is" : values[v], "#555555", v));
   }
   if (!cross.x.empty()) ring.name += " (complete)";
   if (!ring.x.empty()) chart.curves.push_back(std::move(ring));
@@ -350,6 +374,8 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
       body += figure(svg);
     }
     body += table_html(found, *graph);
+    const auto index = static_cast<std::size_t>(graph - found.graphs.data());
+    if (index < study.spec.graphs.size()) body += named_metrics_html(study, index);
   }
   const std::string failures = failures_text(study.comparison);
   if (!failures.empty()) body += "<h2>Runs that failed</h2>\n<pre>" + escape(failures) + "</pre>\n";
