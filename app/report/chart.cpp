@@ -54,8 +54,9 @@ constexpr const char* style =
 
 /// How gnuplot draws a curve.
 std::string curve_style(const Curve& curve) {
-  static constexpr std::array<int, 4> filled{7, 5, 9, 13};  // gnuplot's circle, square, triangle, diamond
-  static constexpr std::array<int, 4> open{6, 4, 8, 12};
+  // gnuplot's circle, square, triangle, diamond, triangle downwards, pentagon, plus, star.
+  static constexpr std::array<int, mark_shapes> filled{7, 5, 9, 13, 11, 15, 1, 3};
+  static constexpr std::array<int, mark_shapes> open{6, 4, 8, 12, 10, 14, 1, 3};
   const auto& shapes = curve.hollow ? open : filled;
   if (curve.ring)
     return fmt::format("with points pointtype 6 pointsize 1.9 linewidth 1.6 linecolor rgb \"{}\"", curve.color);
@@ -70,7 +71,7 @@ std::string curve_style(const Curve& curve) {
                        curve.joined ? "linespoints" : "points", shapes[curve.mark % shapes.size()], curve.color);
   }
   return fmt::format("with {} linewidth {} linecolor rgb \"{}\"{}", curve.steps ? "steps" : "lines", curve.width,
-                     curve.color, curve.dashed ? " dashtype 2" : "");
+                     curve.color, curve.dash > 0 ? fmt::format(" dashtype {}", curve.dash + 1) : "");
 }
 
 /// What gnuplot makes of a script.
@@ -215,13 +216,15 @@ std::string close_axis(const std::string& axis, const Chart& chart, std::vector<
   return fmt::format("set {0}range [{1:.9g}:{2:.9g}]\nset {0}tics ({3})\n", axis, low, high, list);
 }
 
-/// The margin at the right, in characters, into which the longest name of a curve goes.
-std::size_t margin_of_key(const std::vector<Chart>& charts) {
+/// The margin at the right, in characters, into which the longest name of a curve goes: at most half of the width.
+std::size_t margin_of_key(const std::vector<Chart>& charts, int width) {
+  constexpr int character = 8;  // pixels
   std::size_t longest = 0;
   for (const Chart& chart : charts) {
     for (const Curve& curve : chart.curves) longest = std::max(longest, curve.name.size());
   }
-  return std::clamp<std::size_t>(longest + 8, 26, 60);
+  const auto most = static_cast<std::size_t>(width / (2 * character));
+  return std::clamp<std::size_t>(longest + 8, std::min<std::size_t>(26, most), most);
 }
 
 /// The smallest and the largest of some values; `low` is above `high` where there are none.
@@ -261,28 +264,28 @@ std::string ranges(const Chart& chart, bool& drawn) {
          fmt::format("set yrange [{:.9g}:{:.9g}]\n", (all.low - margin) / factor, (all.high + margin) * factor);
 }
 
-constexpr int key_line = 24;  // pixels for a name in the key, with the frame's share
+/// A key that is longer than the chart would lie over it. The page's script writes one of its own.
+bool has_key(const Chart& chart, int height) {
+  return static_cast<int>(named_curves(chart)) * key_line <= height;
+}
 
 /// Prints the frame of the chart just drawn: left, right, bottom and top in pixels from below, then the values there.
 constexpr const char* print_frame =
     "print sprintf('frame %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g', GPVAL_TERM_XMIN, GPVAL_TERM_XMAX, GPVAL_TERM_YMIN, "
     "GPVAL_TERM_YMAX, GPVAL_X_MIN, GPVAL_X_MAX, GPVAL_Y_MIN, GPVAL_Y_MAX)\n";
 
-/// `height`: of each chart, in pixels.
-std::string script_of(const std::vector<Chart>& charts, int height) {
+/// `width` and `height`: of each chart, in pixels.
+std::string script_of(const std::vector<Chart>& charts, int width, int height) {
   std::string script =
       "set grid linecolor rgb '#dddddd' linewidth 0.6\nset key outside right top vertical Left reverse\n"
       "set errorbars 0\n"
       "set lmargin 13\n";
-  script += fmt::format("set rmargin {}\n", margin_of_key(charts));
+  script += fmt::format("set rmargin {}\n", margin_of_key(charts, width));
   script += fmt::format("set multiplot layout {},1\n", charts.size());
   for (const Chart& chart : charts) {
     script += "set title " + quoted(chart.title) + "\nset xlabel " + quoted(chart.x_label) + "\nset ylabel " +
               quoted(chart.y_label) + "\n";
-    // A key that is longer than the chart would lie over it. The page's script writes one of its own.
-    const auto named =
-        std::count_if(chart.curves.begin(), chart.curves.end(), [](const Curve& c) { return !c.name.empty(); });
-    script += named * key_line <= height ? "set key on\n" : "set key off\n";
+    script += has_key(chart, height) ? "set key on\n" : "set key off\n";
     script += chart.log_x ? "set logscale x\n" : "unset logscale x\n";
     script += chart.log_y ? "set logscale y\n" : "unset logscale y\n";
     bool drawn = false;
@@ -348,7 +351,7 @@ std::string for_script(const std::vector<Chart>& charts, const std::string& fram
       drawn = {{"name", curve.name}, {"color", curve.color}};
       if (curve.points || !curve.x_low.empty()) drawn["mark"] = curve.mark;
       if (curve.hollow) drawn["hollow"] = true;
-      if (curve.dashed) drawn["dashed"] = true;
+      if (curve.dash > 0) drawn["dash"] = curve.dash;
     }
     list.push_back(std::move(one));
   }
@@ -405,6 +408,11 @@ std::string script_of(const CellMap& map) {
 
 }  // namespace
 
+std::size_t named_curves(const Chart& chart) {
+  return static_cast<std::size_t>(
+      std::count_if(chart.curves.begin(), chart.curves.end(), [](const Curve& c) { return !c.name.empty(); }));
+}
+
 std::string series_color(std::size_t index) {
   static constexpr std::array<const char*, series_colors> colors{"#0072B2", "#D55E00", "#009E73", "#CC79A7",
                                                                  "#E69F00", "#56B4E9", "#7F5539"};
@@ -412,18 +420,19 @@ std::string series_color(std::size_t index) {
 }
 
 std::string draw_svg(const std::vector<Chart>& charts, int width, int height) {
-  return gnuplot(script_of(charts, height), Format::svg, width, height * static_cast<int>(charts.size())).bytes;
+  return gnuplot(script_of(charts, width, height), Format::svg, width, height * static_cast<int>(charts.size())).bytes;
 }
 
 std::string chart_figure(const std::vector<Chart>& charts, int width, int height) {
-  Picture picture = gnuplot(script_of(charts, height), Format::svg, width, height * static_cast<int>(charts.size()));
+  Picture picture =
+      gnuplot(script_of(charts, width, height), Format::svg, width, height * static_cast<int>(charts.size()));
   const std::string data = picture.is_drawn ? for_script(charts, picture.frames) : std::string();
   if (!data.empty()) picture.bytes.insert(4, " data-charts=\"" + escape(data) + "\"");
   return figure(picture.bytes);
 }
 
 std::string draw_png(const std::vector<Chart>& charts, int width, int height) {
-  return gnuplot(script_of(charts, height), Format::png, width, height * static_cast<int>(charts.size())).bytes;
+  return gnuplot(script_of(charts, width, height), Format::png, width, height * static_cast<int>(charts.size())).bytes;
 }
 
 std::string draw_map_svg(const CellMap& map, int width, int height) {

@@ -9,6 +9,9 @@
 
 namespace tactor {
 
+/// How many marks can be told apart.
+inline constexpr std::size_t mark_shapes = 8;
+
 /// A curve, or marks where `points` is set. Without values it stands in the key alone.
 struct Curve {
   std::string name;
@@ -16,10 +19,10 @@ struct Curve {
   std::vector<double> y;
   std::string color = "#000000";
   bool points = false;
-  std::size_t mark = 0;  ///< which of four shapes the marks have, where there are more curves than colours
+  std::size_t mark = 0;  ///< which of `mark_shapes` the marks have
   bool hollow = false;   ///< marks are not filled
-  bool dashed = false;
-  bool steps = false;  ///< hold each value until the next
+  std::size_t dash = 0;  ///< which dashes a line has; 0: none
+  bool steps = false;    ///< hold each value until the next
   double width = 1.4;
   bool joined = false;  ///< marks with a line through them
   bool ring = false;    ///< marks are large rings, to be laid round others
@@ -38,6 +41,10 @@ struct Chart {
   bool log_y = false;
   bool close = false;  ///< logarithmic axes end near the data, marked at 1, 2 and 5, instead of at powers of ten
 };
+
+/// How many names the chart's key has.
+std::size_t named_curves(const Chart& chart);
+inline constexpr int key_line = 24;  ///< pixels of a chart's height for each of them
 
 // Where gnuplot cannot draw a chart, an SVG says why in its place, a PNG is empty, and a note goes to standard error.
 

@@ -42,15 +42,17 @@ std::optional<std::size_t> known_color(std::string_view name) {
 }  // namespace
 
 std::string MethodStyle::html() const {
-  static constexpr std::array<const char*, 4> marks{"●", "■", "▲", "◆"};
+  static constexpr std::array<const char*, mark_shapes> marks{"●", "■", "▲", "◆", "▼", "⬟", "✚", "✱"};
   return fmt::format("<i class=\"mark\" style=\"--color:{}\">{}</i>", color, marks[mark % marks.size()]);
 }
 
 std::vector<MethodStyle> method_styles(const std::vector<std::string>& names) {
+  std::array<std::size_t, series_colors> rows_of{};  // by colour
   std::vector<std::optional<std::size_t>> colors;
-  std::array<std::size_t, series_colors> rows_of{};
   for (const std::string& name : names) {
     colors.push_back(known_color(name));
+    // Beyond its marks a colour says nothing.
+    if (colors.back() && rows_of[*colors.back()] == mark_shapes) colors.back().reset();
     if (colors.back()) ++rows_of[*colors.back()];
   }
   for (std::optional<std::size_t>& color : colors) {

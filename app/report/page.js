@@ -2,7 +2,9 @@
 // picture, which stays where no script runs.
 (() => {
 'use strict';
-const SHAPES = ['M-4,0a4,4 0 1 0 8,0a4,4 0 1 0 -8,0z', 'M-3.6,-3.6h7.2v7.2h-7.2z', 'M0,-5l4.6,8h-9.2z', 'M0,-5l5,5l-5,5l-5,-5z'];
+const SHAPES = ['M-4,0a4,4 0 1 0 8,0a4,4 0 1 0 -8,0z', 'M-3.6,-3.6h7.2v7.2h-7.2z', 'M0,-5l4.6,8h-9.2z', 'M0,-5l5,5l-5,5l-5,-5z',
+  'M0,5l4.6,-8h-9.2z', 'M0,-5l5,4l-2,5h-6l-2,-5z', 'M-5,0h10M0,-5v10', 'M-5,0h10M0,-5v10M-3,-3l6,6M3,-3l-6,6'];
+const DASHES = ['none', '5 4', '2 3', '8 3 2 3'];
 const LEFT = 58, RIGHT = 12, TOP = 8, BOTTOM = 38;
 
 function add(parent, name, attributes, text = '') {
@@ -92,8 +94,8 @@ function draw(chart) {
     const style = color(curve);
     const placed = parts => parts.map(part => within(part, range).map(p => X(p[0]) + ',' + Y(p[1]))).filter(part => part.length);
     const d = placed(curve.lines).map(part => 'M' + part.join('L')).join('');
-    if (d) add(plot, 'path', {class: 'line', style, d, 'stroke-dasharray': curve.dashed ? '5 4' : 'none'});
-    for (const [at] of placed(curve.marks)) add(plot, 'path', {class: curve.hollow ? 'mark hollow' : 'mark', style, d: SHAPES[curve.mark % 4], transform: `translate(${at})`});
+    if (d) add(plot, 'path', {class: 'line', style, d, 'stroke-dasharray': DASHES[curve.dash % 4 || 0]});
+    for (const [at] of placed(curve.marks)) add(plot, 'path', {class: curve.hollow ? 'mark hollow' : 'mark', style, d: SHAPES[curve.mark % 8], transform: `translate(${at})`});
   }
   add(svg, 'rect', {class: 'frame', x: LEFT, y: TOP, width: w, height: h});
 }
@@ -148,8 +150,8 @@ function build(figure, chart) {
   const key = add(box, 'div', {class: 'key'});
   for (const curve of chart.curves.filter(curve => curve.name && curve.parts.length)) {
     const button = add(key, 'button', {'aria-pressed': true});
-    add(button, 'i', {style: color(curve), class: 'mark' in curve ? 'mark' : curve.dashed ? 'line dashed' : 'line'},
-      'mark' in curve ? (curve.hollow ? '○□△◇' : '●■▲◆')[curve.mark % 4] : '');
+    add(button, 'i', {style: color(curve), class: 'mark' in curve ? 'mark' : curve.dash ? 'line dashed' : 'line'},
+      'mark' in curve ? (curve.hollow ? '○□△◇▽⬠✚✱' : '●■▲◆▼⬟✚✱')[curve.mark % 8] : '');
     button.append(curve.name);
     button.onclick = () => {
       button.setAttribute('aria-pressed', !!curve.hidden);

@@ -111,7 +111,7 @@ Chart zoom_on(const RunResult& run, std::pair<double, double> range, const std::
   Chart chart{fmt::format("150 ms, force along {}", axis), "time s", "N", {}, range};
   if (const Series* s = run.curve("reference." + axis)) {
     chart.curves.push_back(cut(*s, "reference", "#000000", range));
-    chart.curves.back().dashed = true;
+    chart.curves.back().dash = 1;
   }
   return chart;
 }

@@ -46,18 +46,18 @@ CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, 
   return run_cases(cases, registry, options);
 }
 
-/// Notes in each row in what its scene differs from that of the first, and draws those that differ.
-std::string tell_scenes_apart(Comparison& comparison, const std::vector<RunCase>& cases, Registry& registry) {
+/// Notes in each case in what more than its method differs from the first, and draws the scenes that differ.
+std::string tell_scenes_apart(std::vector<RunCase>& cases, Registry& registry) {
   const auto graph_of = [&](const RunCase& c) { return load_graph(c.graph, registry, c.overrides); };
-  const auto figure_of = [&](const Scene& scene, std::size_t row) {
-    return scene_figure(scene, "The scene of " + breakable(comparison.rows[row].graph) + " as the run begins.");
+  const auto figure_of = [&](const GraphSpec& graph) {
+    return scene_figure(graph.scene, "The scene of " + breakable(graph.name) + " as the run begins.");
   };
   const GraphSpec first = graph_of(cases.front());
-  std::string figures = figure_of(first.scene, 0);
+  std::string figures = figure_of(first);
   for (std::size_t i = 1; i < cases.size(); ++i) {
     const GraphSpec graph = graph_of(cases[i]);
-    comparison.rows[i].unlike = scene_difference(graph, first);
-    if (!comparison.rows[i].unlike.empty()) figures += figure_of(graph.scene, i);
+    cases[i].unlike = difference_beside_method(graph, first);
+    if (!cases[i].unlike.empty()) figures += figure_of(graph);
   }
   return figures;
 }
@@ -93,7 +93,11 @@ int run_study(const StudyRequest& request) {
 int run_compare(const CompareRequest& request) {
   refuse_seed(request.overrides);
   std::vector<RunCase> cases;
-  for (const fs::path& graph : request.graphs) cases.push_back({.graph = graph, .overrides = request.overrides});
+  for (const ComparedGraph& graph : request.graphs) {
+    Overrides overrides = graph.method;
+    overrides.insert(overrides.end(), request.overrides.begin(), request.overrides.end());
+    cases.push_back({.graph = graph.file, .overrides = std::move(overrides), .configuration = graph.method_name});
+  }
   CasesOptions options;
   options.seeds = seeds_from(request.first_seed, request.seeds);
   options.reference_jobs = request.jobs;
@@ -109,9 +113,9 @@ int run_compare(const CompareRequest& request) {
   CasesOutcome outcome = run_watched(cases, registry, options);
   if (outcome.interrupted) throw RunError("interrupted");
   for (RunCase& c : cases) c.judged = outcome.judged[c.group];
+  const std::string scenes = tell_scenes_apart(cases, registry);
   Comparison comparison =
       make_comparison(cases, options.seeds, std::move(outcome.records), {}, std::move(outcome.declared));
-  const std::string scenes = tell_scenes_apart(comparison, cases, registry);
   const TimingNote timing = timing_note(comparison, repeats);
   fmt::print("{}\n", request.brief ? brief_table(comparison, timing, terminal_columns())
                                    : comparison_table(comparison, timing, terminal_columns()));

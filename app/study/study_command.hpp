@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "app/study/prepare_study.hpp"
@@ -12,9 +13,15 @@
 
 namespace tactor {
 
+struct ComparedGraph {
+  std::filesystem::path file;
+  Overrides method{};         ///< laid over it first
+  std::string method_name{};  ///< of what is laid over; empty for nothing
+};
+
 struct CompareRequest {
-  std::vector<std::filesystem::path> graphs;
-  Overrides overrides;
+  std::vector<ComparedGraph> graphs;
+  Overrides overrides;  ///< of all of them
   std::int64_t seeds = 6;
   std::uint64_t first_seed = 1;
   std::int64_t repeats = 1;  ///< of every run, for its run time; one more before them where there are several

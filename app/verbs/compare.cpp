@@ -1,9 +1,12 @@
 // `tactor compare`: several graphs side by side.
+#include <fmt/format.h>
+
 #include "app/results_folder.hpp"
 #include "app/study/spec/study_spec.hpp"
 #include "app/study/study_command.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
+#include "app/verbs/scene_methods.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "framework/yaml/file_finder.hpp"
@@ -14,10 +17,24 @@ namespace fs = std::filesystem;
 
 namespace {
 struct CompareArguments {
+  std::vector<fs::path> graphs;
+  std::vector<std::string> methods;
   CompareRequest comparison;
   GraphOptions options;
   ResultsRequest results;
 };
+std::vector<ComparedGraph> compared(const CompareArguments& arguments) {
+  if (!arguments.methods.empty()) {
+    if (arguments.graphs.size() != 1) {
+      throw InputError(fmt::format("--methods: expected one graph, found {}", arguments.graphs.size()));
+    }
+    return scene_with_methods(arguments.graphs.front(), arguments.methods);
+  }
+  std::vector<ComparedGraph> graphs;
+  for (const fs::path& graph : arguments.graphs) graphs.push_back({.file = named_file(graph, graph_files)});
+  return graphs;
+}
+
 }  // namespace
 
 void add_compare(CLI::App& app, int& exit_code) {
@@ -25,9 +42,16 @@ void add_compare(CLI::App& app, int& exit_code) {
   const auto arguments = std::make_shared<CompareArguments>();
   CompareRequest& comparison = arguments->comparison;
   comparison.jobs = cores();
-  verb->add_option("graphs", comparison.graphs, "Graph files; the others are compared with the first")
+  verb->add_option("graphs", arguments->graphs, "Graph files; the others are compared with the first")
       ->type_name(value_type::graph)
       ->required();
+  verb->add_option(
+          "--methods", arguments->methods,
+          "Compare methods on one scene instead, for example `bunny --methods off,fixed,local`: graphs of these "
+          "names beside the scene, or files of graphs/methods that are laid over it")
+      ->type_name(value_type::method)
+      ->delimiter(',')
+      ->allow_extra_args(false);
   arguments->options.add_to(*verb, false);
   add_integer(*verb, "--seeds", comparison.seeds, 1, most_seeds, "Number of seeds")->default_str("6");
   add_seed(*verb, "--first-seed", comparison.first_seed, "The first seed")->default_str("1");
@@ -51,7 +75,7 @@ void add_compare(CLI::App& app, int& exit_code) {
               {"warm", "whole"});
   verb->callback([arguments, &exit_code] {
     CompareRequest& made = arguments->comparison;
-    for (fs::path& graph : made.graphs) graph = named_file(graph, graph_files);
+    made.graphs = compared(*arguments);
     made.overrides = arguments->options.overrides;
     made.out = results_folder(fs::path("out") / "compare", arguments->results);
     exit_code = run_compare(made);

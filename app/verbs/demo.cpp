@@ -16,6 +16,7 @@
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/page_options.hpp"
+#include "app/verbs/scene_methods.hpp"
 #include "app/verbs/verbs.hpp"
 #include "app/verbs/view_scene.hpp"
 #include "framework/yaml/file_finder.hpp"
@@ -32,8 +33,6 @@ struct DemoArguments {
   std::optional<bool> view;
   PageOptions page;
 };
-
-constexpr const char* compared_methods[] = {"off", "fixed", "refit", "lowpass", "blend", "local"};
 
 /// The first of the demo's scenes whose mesh is there. Packages leave the bunny out, and a build may have no meshes.
 std::string demo_scene() {
@@ -65,8 +64,7 @@ int touch(const DemoArguments& arguments, const std::string& graph) {
 int demo(const DemoArguments& arguments) {
   const std::string scene = arguments.scene.empty() ? demo_scene() : arguments.scene;
   CompareRequest comparison;
-  for (const char* method : compared_methods)
-    comparison.graphs.push_back(named_file(fs::path(scene) / method, graph_files));
+  comparison.graphs = scene_with_methods(scene, {"off", "fixed", "refit", "lowpass", "blend", "local"});
   comparison.seeds = arguments.seeds;
   comparison.jobs = cores();
   comparison.brief = true;

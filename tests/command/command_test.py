@@ -159,7 +159,7 @@ class Outputs(CommandTest):
 
     def test_compare_puts_error_and_run_time_side_by_side(self):
         out = self.folder / "cmp"
-        compared = self.run_ok("compare", *(GRAPHS / f"duck/{m}.yaml" for m in ("off", "fixed", "refit")), "--seeds", "2",
+        compared = self.run_ok("compare", *(GRAPHS / f"duck/{m}.yaml" for m in ("off", "fixed", "refit")), "--seeds", "6",
                                "--duration", "5", "--out", out)
         result = json.loads((out / "compare.json").read_text())
         # How far the run times can be trusted is told everywhere.
@@ -170,7 +170,7 @@ class Outputs(CommandTest):
             self.assertEqual("The machine was not quiet" in text, result["timing"]["warning"] != "")
         self.assertEqual([g["graph"] for g in result["graphs"]], ["duck_off", "duck_fixed", "duck_refit"])
         for graph in result["graphs"]:
-            self.assertEqual(len(graph["metrics"]["delivered.force.rms_error_N"]["by_seed"]), 2)
+            self.assertEqual(len(graph["metrics"]["delivered.force.rms_error_N"]["by_seed"]), 6)
             self.assertGreater(graph["metrics"]["cpu_ms_per_s"]["mean"], 0)
         self.assertIn("F", result["graphs"][1]["against"]["one_step_anova"])
         page = (out / "report.html").read_text()

@@ -40,7 +40,7 @@ class Demo(CommandTest):
                 self.assertLess(table[f"{scene}_local"][0], table[f"{scene}_off"][0])
                 self.assertIn("xdg-open out/demo/report.html", said)
                 self.assertIn(f"tactor view {scene}/touch", said)
-                self.assertIn(f"{scene}_local", (self.folder / "out/demo/report.html").read_text())
+                self.assertIn(f"<h1>{scene}: off, fixed, refit, lowpass, blend, local</h1>", (self.folder / "out/demo/report.html").read_text())
 
     def test_earlier_results_stay(self):
         earlier = self.folder / "out/demo/report.html"

@@ -92,7 +92,8 @@ class Pages(CommandTest):
     def test_a_comparison_shows_error_and_cost_and_the_force_on_its_first_screen(self):
         self.open("compare", (1280, 800))
         for title in ("Error against run time", "150 ms"):
-            self.assertLess(self.script("return arguments[0].querySelector('svg').getBoundingClientRect().bottom", self.chart(title)), 800)
+            bottom = "return arguments[0].querySelector('svg').getBoundingClientRect().bottom + scrollY"
+            self.assertLess(self.script(bottom, self.chart(title)), 800)
         self.assertEqual(self.script("return [...document.querySelector('table').querySelectorAll('tbody th')].map(e => e.textContent.split(' ')[0])"),
                          ["error", "delay", "smoothness", "vibration", "run", "verdict"])
 

@@ -136,7 +136,7 @@ class Touching(CommandTest):
         self.assertNotIn("one_step_anova", against)
         self.assertIsNone(against["one_step_rms"])
         self.assertIsNone(against["delivered_rms"])
-        self.assertLess(page.index(says), page.index("Error and run time"))
+        self.assertLess(page.index(says), page.index("<details>"))
 
     def test_a_comparison_of_different_scenes_says_in_what_they_differ(self):
         other = self.write("other.yaml", f"extends: {WALL}\nscene: {{bodies: {{wall: {{material: {{stiffness: 1 N/mm}}}}}}}}\n")
@@ -145,7 +145,37 @@ class Touching(CommandTest):
         self.assertIn("WARNING: " + says, plain(result.stdout))
         self.assertEqual(found["warnings"], [says])
         self.assertIn(says, page)
-        self.assertIn("one_step_anova", found["graphs"][1]["against"])
+        self.assertIn("not ranked: another scene or coupling", page)
+        self.assertEqual(found["graphs"][1]["unlike"], says.removeprefix("other: "))
+        self.assertIsNone(found["graphs"][1]["against"]["delivered_rms"])
+
+    def test_a_graph_with_another_coupling_is_neither_ranked_nor_tested(self):
+        """A softer spring has smaller forces, and smaller errors for that alone."""
+        soft = self.write("soft.yaml", f"extends: {WALL}\nnodes: {{coupling: {{k_0: 50 N/m}}}}\n")
+        result, found, page = self.compare(WALL, soft, "--duration", "1")
+        self.assertIn("soft: its coupling differs from that of wall in k_0; so more than the method differs", plain(result.stdout))
+        self.assertIn("soft: not tested, more than the method differs", plain(result.stdout))
+        self.assertEqual(page.count("not ranked: another scene or coupling"), 1)
+
+    def test_methods_of_a_scene_are_graphs_beside_it_or_laid_over_it(self):
+        words = ("--seeds", "1", "--duration", "1", "--judge", "whole", "--overwrite")
+        errors = {}
+        for name, graphs in (("by name", ("wall", "--methods", "off,refit,linear")), ("one by one", (GRAPHS / "wall/off.yaml", GRAPHS / "wall/refit.yaml"))):
+            self.run_ok("compare", *graphs, *words, "--out", self.folder / "named")
+            if name == "by name":
+                self.assertIn("<h1>wall: off, refit, linear</h1>", (self.folder / "named/report.html").read_text())
+            rows = json.loads((self.folder / "named/compare.json").read_text())["graphs"]
+            errors[name] = {(row["graph"], row.get("configuration", "")): row["metrics"]["delivered.force.rms_error_N"]["mean"] for row in rows}
+        linear = errors["by name"].pop(("wall", "linear"))
+        self.assertEqual(errors["by name"], errors["one by one"])
+        alone = self.run_graph(GRAPHS / "wall/scene.yaml", "--over", "linear", "--duration", "1", "--seed", "1", out="alone")
+        self.assertEqual(alone["delivered"]["force"]["rms_error_N"], linear)
+        for words, why in ((("wall", "--methods", "off,kalmann"), "kalmann: expected a graph file that exists"),
+                           (("wall/off", "wall/refit", "--methods", "off"), "--methods: expected one graph, found 2"),
+                           (("wal", "--methods", "off"), "wal: expected a graph file that exists")):
+            refused = tactor("compare", *words, "--out", self.folder / "refused", environment=self.environment)
+            self.assertEqual(refused.returncode, 2, refused.stdout + refused.stderr)
+            self.assertIn(why, refused.stderr)
 
     def test_a_study_in_which_nothing_touches_begins_with_that(self):
         study = self.write("study.yaml", f"graphs: [{WALL}]\nmethods: [{GRAPHS}/methods/hold.yaml, {GRAPHS}/methods/burg.yaml]\n"

@@ -33,24 +33,30 @@ struct PageRows {
   std::vector<MethodStyle> styles;
 };
 
-/// `bunny_`, which all names begin with and none is.
-std::string common_beginning(const std::vector<CompareRow>& rows) {
-  std::string common = rows.front().graph;
-  for (const CompareRow& row : rows) {
-    const auto apart = std::mismatch(common.begin(), common.end(), row.graph.begin(), row.graph.end()).first;
-    common.erase(apart, common.end());
+/// How long the first words are that all names share: `bunny_` of `bunny_off` and `bunny local`.
+std::size_t common_beginning(const std::vector<std::string>& names) {
+  const auto is_end = [](char c) { return c == '_' || c == ' '; };
+  std::size_t common = 0;
+  if (names.size() < 2) return 0;
+  for (std::size_t i = 0; i < names.front().size(); ++i) {
+    const char mine = names.front()[i];
+    const bool all = std::all_of(names.begin(), names.end(), [&](const std::string& name) {
+      return i + 1 < name.size() && (name[i] == mine || (is_end(name[i]) && is_end(mine)));
+    });
+    if (!all) break;
+    if (is_end(mine)) common = i + 1;
   }
-  const std::size_t end = common.rfind('_');
-  return rows.size() < 2 || end == std::string::npos ? std::string() : common.substr(0, end + 1);
+  return common;
 }
 
 PageRows page_rows(const Comparison& comparison) {
   constexpr std::size_t most_named = 6;
   PageRows out;
-  const std::string common = common_beginning(comparison.rows);
-  for (const CompareRow& row : comparison.rows) out.names.push_back(row.graph.substr(common.size()));
+  for (const CompareRow& row : comparison.rows) out.names.push_back(row.full_name());
+  const std::size_t common = common_beginning(out.names);
+  if (common > 0) out.title = out.names.front().substr(0, common - 1) + ": ";
+  for (std::string& name : out.names) name.erase(0, common);
   out.styles = method_styles(out.names);
-  if (!common.empty()) out.title = common.substr(0, common.size() - 1) + ": ";
   const std::size_t named = out.names.size() > most_named ? most_named / 2 : out.names.size();
   for (std::size_t i = 0; i < named; ++i) out.title += (i == 0 ? "" : ", ") + out.names[i];
   if (named < out.names.size()) out.title += fmt::format(" and {} more", out.names.size() - named);
@@ -183,26 +189,33 @@ OverSeeds over_seeds_of(const CompareRow& row, std::string_view metric, const Co
   return {mean(values), values.size() > 1 ? standard_deviation(values) : 0};
 }
 
-/// From a little before the smallest to a little behind the largest mean; logarithmic where they are far apart.
+/// From a little before the smallest to a little behind the largest; logarithmic where the means are far apart.
 struct AxisRange {
   std::pair<double, double> range;
   bool log = false;
 };
 AxisRange axis_of(const std::vector<OverSeeds>& values) {
   constexpr double far = 8;
-  double low = std::numeric_limits<double>::infinity(), high = 0;
+  double low = std::numeric_limits<double>::infinity(), high = 0, least = low;
   for (const OverSeeds& v : values) {
     if (!std::isfinite(v.mean)) continue;
     low = std::min(low, v.mean);
     high = std::max(high, v.mean + v.deviation);
+    if (v.mean > v.deviation) least = std::min(least, v.mean - v.deviation);
   }
-  if (low > 0 && high > far * low) return {{low / 1.4, high * 1.4}, true};
+  if (low > 0 && high > far * low) return {{std::min(low, least) / 1.4, high * 1.4}, true};
   return {{0, high * 1.1}, false};
+}
+
+/// The ends of a bar; on a logarithmic axis it ends where the axis does.
+std::pair<double, double> bar_of(const OverSeeds& value, const AxisRange& axis) {
+  const double low = value.mean - value.deviation;
+  return {axis.log ? std::max(low, axis.range.first) : low, value.mean + value.deviation};
 }
 
 /// The error of each method over what it costs, and the front that none is below.
 Chart error_against_run_time(const Comparison& comparison, const PageRows& shown) {
-  Chart chart{"Error against run time", "run time: CPU ms for a second of the run", "RMS error N", {}, {}};
+  Chart chart{"Error against run time", "run time: CPU ms a simulated second", "RMS error N", {}, {}};
   std::vector<OverSeeds> times, errors;
   std::vector<double> ranked_times, ranked_errors;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
@@ -224,7 +237,7 @@ Chart error_against_run_time(const Comparison& comparison, const PageRows& shown
   chart.x_range = x.range;
   if (corners.size() > 1) {
     Curve line{"Pareto front", {}, {}, "#888888"};
-    line.dashed = true;
+    line.dash = 1;
     for (const auto& [time, error] : corners) {
       if (!line.x.empty()) {
         line.x.push_back(time);
@@ -239,13 +252,17 @@ Chart error_against_run_time(const Comparison& comparison, const PageRows& shown
     const OverSeeds &time = times[i], &error = errors[i];
     if (!std::isfinite(time.mean) || !std::isfinite(error.mean)) continue;
     Curve marks{shown.names[i], {time.mean}, {error.mean}, shown.styles[i].color, true, shown.styles[i].mark};
-    // A logarithmic axis has no room for less than nothing.
-    const bool bars = error.deviation > 0 && time.mean > time.deviation && error.mean > error.deviation;
-    if (bars) {
-      marks.x_low = {time.mean - time.deviation};
-      marks.x_high = {time.mean + time.deviation};
-      marks.y_low = {error.mean - error.deviation};
-      marks.y_high = {error.mean + error.deviation};
+    if (!is_ranked(comparison, i)) {
+      marks.name += " (not ranked)";
+      marks.hollow = true;
+    }
+    if (error.deviation > 0 || time.deviation > 0) {
+      const auto [left, right] = bar_of(time, x);
+      const auto [lower, upper] = bar_of(error, y);
+      marks.x_low = {left};
+      marks.x_high = {right};
+      marks.y_low = {lower};
+      marks.y_high = {upper};
     }
     chart.curves.push_back(std::move(marks));
   }
@@ -266,9 +283,9 @@ Chart error_against_smoothness(const Comparison& comparison, const PageRows& sho
   return chart;
 }
 
-/// A line of a method; rows that share a colour differ in their dashes.
+/// A line of a method; lines of one colour differ in their dashes.
 Curve line_of(Curve curve, const MethodStyle& style) {
-  curve.dashed = style.mark > 0;
+  curve.dash = style.mark;
   return curve;
 }
 
@@ -293,6 +310,8 @@ std::optional<ForceCharts> force_charts(const Comparison& comparison, const Page
   if (const Series* s = first.curve("reference.norm"))
     charts.whole.curves.push_back(thinned(*s, "reference", "#555555"));
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
+    // Another scene or coupling has another reference.
+    if (!comparison.rows[i].unlike.empty()) continue;
     const RunResult& run = comparison.rows[i].runs.front();
     const MethodStyle& style = shown.styles[i];
     if (const Series* s = run.curve("commanded." + axis))
@@ -302,6 +321,7 @@ std::optional<ForceCharts> force_charts(const Comparison& comparison, const Page
       charts.whole.curves.back().width = 1.0;
     }
   }
+  charts.zoom.title += fmt::format(", seed {}", first.seed);
   charts.zoom.curves.push_back(arrivals(first, range, axis));
   return charts;
 }
@@ -330,31 +350,35 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   constexpr int half_width = 580, first_height = 330;
   const PageRows rows = page_rows(comparison);
   const std::size_t seeds = comparison.seeds.size();
+  std::string doubts = warnings_html(comparison);
+  if (!timing.warning.empty()) doubts += "<p class=\"bad\">Warning: " + escape(timing.warning) + "</p>\n";
+  doubts += failures_html(comparison);
   std::string body =
-      fmt::format("<p class=\"sub\">{}; tactor {}</p>\n",
+      fmt::format("<p class=\"sub\">{}; tactor {}{}</p>\n",
                   seeds == 1 ? std::string("one seed") : fmt::format("mean ± standard deviation over {} seeds", seeds),
-                  TACTOR_VERSION);
+                  TACTOR_VERSION, doubts.empty() ? "" : "; <a class=\"bad\" href=\"#doubts\">read the warnings</a>");
   const Chart cost = error_against_run_time(comparison, rows);
   const std::optional<ForceCharts> force = force_charts(comparison, rows);
-  std::string first;
-  first += has_values(cost) ? chart_figure({cost}, half_width, first_height)
-                            : std::string("<p>No run reports an error against a reference.</p>\n");
+  std::string first = has_values(cost) ? chart_figure({cost}, half_width, first_height)
+                                       : std::string("<p>No run reports an error against a reference.</p>\n");
   if (force && has_values(force->zoom)) first += chart_figure({force->zoom}, half_width, first_height);
-  body += "<div class=\"pair\">\n" + first + "</div>\n";
-  body += summary_tables(comparison, rows) + warnings_html(comparison) + failures_html(comparison);
+  body += "<div class=\"pair\">\n" + first + "</div>\n" + summary_tables(comparison, rows);
+  body += fmt::format(
+      "<p class=\"sub\">{}; ★: the best by a test over the seeds; bars and ±: standard deviation over the "
+      "seeds</p>\n",
+      arrows_text);
+  if (!doubts.empty()) body += "<div id=\"doubts\">\n" + doubts + "</div>\n";
 
   body += folded("In words", verdict_html(comparison, timing));
-  body += folded("All metrics", judged_html(comparison) + "<p>★: the seeds show it to be the best of its row</p>\n" +
-                                    metric_tables(comparison, rows) + timing_html(timing));
-  body += folded("Differences over the seeds", significance_html(comparison, comparison.rows.front().graph));
+  body += folded("All metrics", judged_html(comparison) + metric_tables(comparison, rows) + timing_html(timing));
+  body += folded("Differences over the seeds", significance_html(comparison, comparison.rows.front().full_name()));
   if (force && has_values(force->whole)) body += folded("The whole run", chart_figure({force->whole}, 1160, 320));
   const Chart trade = error_against_smoothness(comparison, rows);
   if (has_values(trade)) body += folded("Error against smoothness", chart_figure({trade}, 1160, 330));
   body += run_details(comparison, rows);
   std::string titles;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
-    titles +=
-        fmt::format("<li><b>{}</b>: {}</li>\n", breakable(comparison.rows[i].graph), escape(comparison.rows[i].title));
+    titles += fmt::format("<li><b>{}</b>: {}</li>\n", breakable(rows.names[i]), escape(comparison.rows[i].title));
   }
   body += folded("The graphs and their scene", "<ul>\n" + titles + "</ul>\n" + scene);
   return page(rows.title, body);

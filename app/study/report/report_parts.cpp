@@ -82,9 +82,10 @@ std::string significance_html(const Comparison& comparison, const std::string& a
       "<h2>Against {}</h2>\n<p>The ANOVA takes every one-step error for an independent sample, as the paper does; "
       "they are not (neighbours are correlated) and F has no sign. The paired differences are over seeds, with their "
       "95 % confidence interval; below zero is better. Wilcoxon's p is counted over all signs, with ties too, and "
-      "leaves out seeds without a difference. Fewer than 6 seeds are not tested, because their p could never be below "
-      ".05. Neither are seeds whose runs are identical, because they tell nothing of chance.</p>\n{}",
-      escape(against), table.html());
+      "leaves out seeds without a difference. Fewer than {} seeds are not tested, because chance alone makes large "
+      "effects "
+      "of them. Neither are seeds whose runs are identical, because they tell nothing of chance.</p>\n{}",
+      escape(against), fewest_seeds, table.html());
 }
 
 std::string failures_html(const Comparison& comparison) {

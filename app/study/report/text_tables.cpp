@@ -54,6 +54,9 @@ std::string judged_text(const Comparison& comparison) {
     if (row.against == i) continue;
     std::string found;
     if (row.never_touches() && comparison.rows[row.against].never_touches()) found = ": not tested, nothing touches";
+    if (!row.unlike.empty() || !comparison.rows[row.against].unlike.empty()) {
+      found = ": not tested, more than the method differs";
+    }
     if (!row.too_coarse.empty() || !comparison.rows[row.against].too_coarse.empty()) {
       found = ": delivered not compared, the reference is no finer than the run";
     }
@@ -102,7 +105,7 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
   std::vector<std::string> seeds{""};
   bool all_done = true;
   for (const CompareRow& row : comparison.rows) {
-    heads.push_back({row.graph, TextTable::Align::right});
+    heads.push_back({row.full_name(), TextTable::Align::right});
     seeds.push_back(row.seeds_text());
     all_done = all_done && row.seeds_text().empty();
   }
@@ -123,7 +126,7 @@ std::string comparison_table(const Comparison& comparison, const TimingNote& tim
   out += fmt::format("\n  {}\n", arrows_text);
   for (const std::string& sentence : judged_sentences(comparison)) out += fmt::format("  {}\n", sentence);
   out += lines_of(timing, "  ");
-  out += fmt::format("\n  against {}\n", comparison.rows.front().graph);
+  out += fmt::format("\n  against {}\n", comparison.rows.front().full_name());
   out += judged_text(comparison);
   return wrapped(out, columns);
 }
@@ -134,8 +137,8 @@ std::string brief_table(const Comparison& comparison, const TimingNote& timing, 
   std::vector<TextTable::Column> heads{{""}};
   std::vector<const Column*> shown;
   for (const std::string_view metric :
-       {delivered_error, std::string_view("delivered.force.delay_ms"), std::string_view("delivered.force.max_step_N"),
-        std::string_view("cpu_ms_per_s")}) {
+       {delivered_error, std::string_view("delivered.force.delay_ms"),
+        std::string_view("delivered.force.rms_d2_N_per_ms2"), std::string_view("cpu_ms_per_s")}) {
     const auto column = std::find_if(comparison.columns.begin(), comparison.columns.end(),
                                      [&](const Column& c) { return c.metric == metric; });
     if (column == comparison.columns.end()) continue;
@@ -152,7 +155,7 @@ std::string brief_table(const Comparison& comparison, const TimingNote& timing, 
   out += fmt::format("\n  {}\n", arrows_text);
   if (!timing.warning.empty()) out += fmt::format("  {}\n", timing.warning);
   out += "\n";
-  for (const CompareRow& row : comparison.rows) out += fmt::format("  {}: {}\n", row.graph, row.title);
+  for (const CompareRow& row : comparison.rows) out += fmt::format("  {}: {}\n", row.full_name(), row.title);
   return wrapped(out, columns);
 }
 

@@ -119,9 +119,11 @@ std::string Speaker::sentences() const {
            lacking();
   }
   std::string text;
-  if (best.size() == 1) {
+  if (best.size() == 1 && winner_of(comparison_, ranking_)) {
     text = fmt::format("<b>{}</b> is {}: {} {}", name(best.front()), subject_.superlative, term(),
                        value_text(best.front()));
+  } else if (best.size() == 1) {
+    text = fmt::format("{} has the least {}: {}", name(best.front()), term(), value_text(best.front()));
   } else {
     std::vector<std::string> bold;
     for (const std::size_t row : best) bold.push_back("<b>" + name(row) + "</b> (" + value_text(row) + ")");
@@ -147,7 +149,7 @@ std::string cost_sentence(const Comparison& comparison, const TimingNote& timing
     std::vector<std::string> texts;
     for (const std::size_t row : rows) {
       texts.push_back(fmt::format("{} {}{}", speaker.name(row), speaker.value_text(row),
-                                  speaker.order().is_best(row) ? " (least)" : ""));
+                                  winner_of(comparison, speaker.order()) == row ? " (least)" : ""));
     }
     text += listed(texts);
   }
@@ -157,7 +159,7 @@ std::string cost_sentence(const Comparison& comparison, const TimingNote& timing
 
 /// Why rows are not ranked.
 std::string not_ranked(const Comparison& comparison) {
-  std::vector<std::string> failed, lacking, unlike;
+  std::vector<std::string> failed, lacking, unlike, untouched;
   std::map<std::string, std::vector<std::string>> too_coarse;
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     const CompareRow& mine = comparison.rows[row];
@@ -167,6 +169,8 @@ std::string not_ranked(const Comparison& comparison) {
       too_coarse[mine.too_coarse].push_back(breakable(mine.name()));
     } else if (!mine.unlike.empty()) {
       unlike.push_back(breakable(mine.name()));
+    } else if (mine.never_touches()) {
+      untouched.push_back(breakable(mine.name()));
     } else if (!is_ranked(comparison, row)) {
       lacking.push_back(breakable(mine.name()));
     }
@@ -179,6 +183,7 @@ std::string not_ranked(const Comparison& comparison) {
         "ones: {}.",
         listed(lacking));
   }
+  if (!untouched.empty()) text += fmt::format("<br>\nNot ranked, because nothing touches: {}.", listed(untouched));
   if (!unlike.empty()) {
     text += fmt::format("<br>\nNot ranked, because more than the method differs: {}.", listed(unlike));
   }
@@ -223,10 +228,6 @@ std::string sentences(const Comparison& comparison, const TimingNote& timing) {
                               sentences_of_one(comparison, ranked.front()))) +
            not_ranked(comparison);
   }
-  if (std::all_of(ranked.begin(), ranked.end(), [&](std::size_t row) { return rows[row].never_touches(); })) {
-    return "Nothing touches in any run: the methods are not ranked. " + cost_sentence(comparison, timing) +
-           not_ranked(comparison);
-  }
   std::string text;
   for (const Subject& subject : subjects) text += Speaker(comparison, subject).sentences() + "<br>\n";
   text += cost_sentence(comparison, timing) + not_ranked(comparison);
@@ -258,7 +259,8 @@ std::optional<std::size_t> winner_of(const Comparison& comparison, const Ranking
 }
 
 bool is_ranked(const Comparison& comparison, std::size_t row) {
-  if (!comparison.rows[row].too_coarse.empty() || !comparison.rows[row].unlike.empty()) return false;
+  const CompareRow& asked = comparison.rows[row];
+  if (!asked.too_coarse.empty() || !asked.unlike.empty() || asked.never_touches()) return false;
   const std::vector<RunStatus>& mine = comparison.rows[row].status;
   bool any = false;
   for (std::size_t s = 0; s < mine.size(); ++s) {
@@ -293,10 +295,10 @@ Ranking ranking(const Comparison& comparison, std::size_t column) {
 std::string verdict_text(const Comparison& comparison, std::size_t row) {
   const CompareRow& mine = comparison.rows[row];
   if (mine.seeds_done() == 0) return "every run failed";
-  if (!mine.too_coarse.empty()) return "not ranked: no finer reference";
-  if (!mine.unlike.empty()) return "not ranked: more than the method differs";
-  if (!is_ranked(comparison, row)) return "not ranked: runs failed";
+  if (!mine.too_coarse.empty()) return "no error: the reference is no finer than the run";
+  if (!mine.unlike.empty()) return "not ranked: another scene or coupling";
   if (mine.never_touches()) return "nothing touches";
+  if (!is_ranked(comparison, row)) return "not ranked: runs failed";
   const auto column = std::find_if(comparison.columns.begin(), comparison.columns.end(),
                                    [](const Column& one) { return one.metric == delivered_error; });
   if (column == comparison.columns.end()) return "no error is known";
@@ -305,11 +307,12 @@ std::string verdict_text(const Comparison& comparison, std::size_t row) {
   if (!std::isfinite(error(row))) return "no error is known";
   const Ranking order = ranking(comparison, index);
   if (order.rows.size() < 2) return "nothing to compare with";
-  if (winner_of(comparison, order) == row) return "nearest";
-  if (order.is_best(row)) return order.best.size() > 1 ? "a tie for nearest" : "least error, not tested";
-  const std::size_t first = order.rows.front();
-  return error(first) > 0 ? fmt::format("{:.2g} × the least error", error(row) / error(first))
-                          : std::string("a larger error");
+  if (winner_of(comparison, order) == row) return "least error";
+  if (order.is_best(row)) return order.best.size() > 1 ? "tied for the least error" : "least error, not tested";
+  constexpr double little = 1.1;
+  const double ratio = error(row) / error(order.rows.front());
+  if (!std::isfinite(ratio) || ratio < little) return "a little above the least error";
+  return fmt::format("{} × the least error", pretty(ratio));
 }
 
 std::string verdict_html(const Comparison& comparison, const TimingNote& timing) {

@@ -26,14 +26,14 @@ struct Ranking {
 /// seeds are copies of one run.
 std::optional<std::size_t> winner_of(const Comparison& comparison, const Ranking& ranking);
 
-/// Whether the row has every seed that some row has, a truth that is finer than its runs, and the scene and the
-/// stiffness that the others have. One that lacks a seed is not ranked: the seeds that it lacks may be the hard ones.
+/// Whether the row has every seed that some row has, a truth that is finer than its runs, contacts, and the scene and
+/// coupling of the others. One that lacks a seed is not ranked: the seeds that it lacks may be the hard ones.
 bool is_ranked(const Comparison& comparison, std::size_t row);
 
 /// The ranking by the metric of that column, with the direction that the metric declares.
 Ranking ranking(const Comparison& comparison, std::size_t column);
 
-/// How near to the reference the row is, in a few words for a cell: `nearest`, `2.1 × the least error`, or why
+/// How near to the reference the row is, in a few words for a cell: `least error`, `2.10 × the least error`, or why
 /// it is not ranked.
 std::string verdict_text(const Comparison& comparison, std::size_t row);
 

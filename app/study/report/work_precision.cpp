@@ -171,6 +171,7 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
     const bool bound = std::any_of(graph.points.begin(), graph.points.end(),
                                    [&](const WorkPoint& p) { return p.curve == names[c] && p.bound; });
     Curve line{"", {}, {}, styles[c].color};
+    line.dash = styles[c].mark;
     std::vector<Marks> marks(values.size());
     for (std::size_t v = 0; v < values.size(); ++v) {
       Curve& mark = marks[v].bars = in_key("", styles[c].color, is_varied ? v : styles[c].mark);
@@ -191,6 +192,7 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
     Curve key = in_key(name, styles[c].color, is_varied ? 0 : styles[c].mark);
     key.hollow = bound;
     key.points = !is_varied;
+    key.dash = styles[c].mark;
     chart.curves.push_back(std::move(key));
     if (line.x.size() > 1) chart.curves.push_back(std::move(line));
     for (Marks& of_value : marks) std::move(of_value).put_into(chart);
@@ -367,9 +369,11 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
     body += "<h2>" + escape(graph->graph) + "</h2>\n";
     const std::vector<Chart> charts = charts_of(found, *graph);
     if (!charts.empty()) {
-      const std::string svg = draw_svg(charts, chart_width, chart_height);
+      int height = chart_height;
+      for (const Chart& chart : charts) height = std::max(height, key_line * static_cast<int>(named_curves(chart)));
+      const std::string svg = draw_svg(charts, chart_width, height);
       write_file(folder / (chart_file(graph->graph) + ".svg"), svg);
-      const std::string png = draw_png(charts, chart_width, chart_height);
+      const std::string png = draw_png(charts, chart_width, height);
       if (!png.empty()) write_file(folder / (chart_file(graph->graph) + ".png"), png);
       body += figure(svg);
     }

@@ -210,9 +210,13 @@ std::string CompareRow::seeds_text() const {
   return of_seeds(there, status.size());
 }
 
+std::string CompareRow::full_name() const {
+  return case_name(graph, configuration);
+}
+
 std::string CompareRow::name() const {
   const std::string seeds = seeds_text();
-  return case_name(graph, configuration) + (seeds.empty() ? "" : " (" + seeds + ")");
+  return full_name() + (seeds.empty() ? "" : " (" + seeds + ")");
 }
 
 const MetricInfo* Comparison::info(std::string_view metric) const {
@@ -243,6 +247,7 @@ Comparison make_comparison(const std::vector<RunCase>& cases, const std::vector<
     row.graph = graph_name(c.graph);
     row.configuration = c.configuration;
     row.against = c.against;
+    row.unlike = c.unlike;
     row.judged = c.judged;
     row.runs.resize(seeds.size());
     row.status.assign(seeds.size(), RunStatus::failed);
@@ -450,6 +455,7 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
   json["title"] = row.title;
   json["seeds_done"] = row.seeds_done();
   json["identical_seeds"] = row.identical_seeds;
+  json["unlike"] = row.unlike.empty() ? Json() : Json(row.unlike);
   json["reference_too_coarse"] = row.too_coarse.empty() ? Json() : Json(row.too_coarse);
   json["status"] = Json::array();
   for (const RunStatus status : row.status) json["status"].push_back(word_of(status));
@@ -503,7 +509,8 @@ Json to_json(const Comparison& comparison) {
 bool is_compared(const Comparison& comparison, std::size_t row) {
   const CompareRow& mine = comparison.rows[row];
   const CompareRow& other = comparison.rows[mine.against];
-  return mine.against != row && !(mine.never_touches() && other.never_touches());
+  const bool is_method_alone = mine.unlike.empty() && other.unlike.empty();
+  return mine.against != row && is_method_alone && !(mine.never_touches() && other.never_touches());
 }
 
 std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row) {

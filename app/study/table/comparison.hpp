@@ -58,7 +58,9 @@ struct CompareRow {
   [[nodiscard]] std::size_t seeds_done() const;
   /// `9 of 10 seeds`; empty where all runs are done.
   [[nodiscard]] std::string seeds_text() const;
-  /// The name in tables: graph, configuration where there is one, and the seeds that are there where some are not.
+  /// `wall_off`, `wall kalman`: the graph, and the configuration where there is one.
+  [[nodiscard]] std::string full_name() const;
+  /// The name in tables: the full name, and the seeds that are there where some are not.
   [[nodiscard]] std::string name() const;
 };
 
@@ -116,7 +118,8 @@ nlohmann::ordered_json to_json(const Comparison& comparison, const CompareRow& r
 std::string failures_text(const Comparison& comparison);
 std::string word_of(RunStatus status);
 
-/// Whether the row is tested against the row `against`: it is another, and either of them touches something. Runs
+/// Whether the row is tested against the row `against`: it is another, differs in its method alone, and either of them
+/// touches something. Runs
 /// without a truth that is finer than they are have no delivered error, and are compared by their one-step errors
 /// alone.
 bool is_compared(const Comparison& comparison, std::size_t row);

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <functional>
 #include <map>
-#include <variant>
 
 #include "app/report/html_page.hpp"
 #include "app/run/headline.hpp"
@@ -26,18 +25,21 @@ bool same(const Material& a, const Material& b) {
          a.patch_area == b.patch_area;
 }
 
-/// What the nodes that couple handle and tool have in N/m and N m/rad.
-std::vector<double> stiffness_of_coupling(const GraphSpec& graph) {
-  std::vector<double> found;
-  for (const NodeSpec& node : graph.nodes) {
-    if (node.info->role != Role::coupling) continue;
-    for (std::size_t i = 0; i < node.params.size(); ++i) {
-      const std::string& unit = node.info->params[i].unit;
-      const auto* value = std::get_if<double>(&node.params[i]);
-      if (value != nullptr && (unit == "N/m" || unit == "N m/rad")) found.push_back(*value);
-    }
+/// In which parameters the nodes that couple handle and tool differ: `k_0 and m_0`, `type`; empty for none.
+std::string difference_of_coupling(const GraphSpec& graph, const GraphSpec& other) {
+  const auto coupling = [](const GraphSpec& of) {
+    const auto found = std::find_if(of.nodes.begin(), of.nodes.end(),
+                                    [](const NodeSpec& node) { return node.info->role == Role::coupling; });
+    return found == of.nodes.end() ? nullptr : &*found;
+  };
+  const NodeSpec *mine = coupling(graph), *theirs = coupling(other);
+  if (mine == nullptr || theirs == nullptr) return mine == theirs ? "" : "type";
+  if (mine->info != theirs->info) return "type";
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < mine->params.size(); ++i) {
+    if (mine->params[i] != theirs->params[i]) names.push_back(mine->info->params[i].name);
   }
-  return found;
+  return fmt::format("{}", fmt::join(names, " and "));
 }
 
 /// The first few.
@@ -136,7 +138,7 @@ std::string warnings_html(const Comparison& comparison) {
   return html;
 }
 
-std::string scene_difference(const GraphSpec& graph, const GraphSpec& other) {
+std::string difference_beside_method(const GraphSpec& graph, const GraphSpec& other) {
   const Scene &scene = graph.scene, &of_other = other.scene;
   std::vector<std::string> parts;
   if (scene.gravity_W != of_other.gravity_W) parts.emplace_back("has another gravity");
@@ -162,11 +164,16 @@ std::string scene_difference(const GraphSpec& graph, const GraphSpec& other) {
   for (const Body& mine : scene.bodies) {
     if (find(of_other, mine.name) == nullptr) parts.push_back("has the body " + mine.name + " besides");
   }
-  if (stiffness_of_coupling(graph) != stiffness_of_coupling(other))
-    parts.emplace_back("has another stiffness of the coupling");
-  if (parts.empty()) return {};
-  return fmt::format("its scene differs from that of {}: it {}; so more than the method differs", other.name,
-                     fmt::join(parts, ", "));
+  const std::string coupling = difference_of_coupling(graph, other);
+  std::vector<std::string> sentences;
+  if (!parts.empty()) {
+    sentences.push_back(fmt::format("its scene differs from that of {}: it {}", other.name, fmt::join(parts, ", ")));
+  }
+  if (!coupling.empty()) {
+    sentences.push_back(fmt::format("its coupling differs from that of {} in {}", other.name, coupling));
+  }
+  if (sentences.empty()) return {};
+  return fmt::format("{}; so more than the method differs", fmt::join(sentences, "; "));
 }
 
 }  // namespace tactor

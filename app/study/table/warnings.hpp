@@ -16,8 +16,8 @@ std::string warning_lines(const Comparison& comparison);
 /// The same for the top of a page; empty for none.
 std::string warnings_html(const Comparison& comparison);
 
-/// In what the graph's scene, or the stiffness of its coupling, differs from that of `other`, as a sentence that begins
-/// `its scene`; empty: in nothing.
-std::string scene_difference(const GraphSpec& graph, const GraphSpec& other);
+/// In what the graph's scene or coupling differs from that of `other`, as a sentence that begins `its scene` or
+/// `its coupling`; empty: in nothing.
+std::string difference_beside_method(const GraphSpec& graph, const GraphSpec& other);
 
 }  // namespace tactor
