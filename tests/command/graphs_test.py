@@ -1,6 +1,5 @@
-"""Every shipped graph is run for a while."""
+"""Shipped graphs: their format, their scenes and methods for a while, their rates."""
 import math
-import re
 import unittest
 
 import yaml
@@ -26,30 +25,15 @@ class ShippedGraphs(CachedTest):
                 self.assertGreater(summary["contacts"]["max"], 0)
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
 
-    def test_every_graph_runs(self):
-        for graph in graphs_with_clock(clock="virtual"):
+    def test_the_scene_of_every_folder_runs(self):
+        scenes = [graph for graph in graphs_with_clock(clock="virtual") if graph.stem == "scene"]
+        self.assertGreater(len(scenes), 10)
+        for graph in scenes:
             with self.subTest(graph=graph_name(graph)):
-                # Past the settling time of the metrics, so that every metric is there.
                 few = () if graph.parent.name != "bunny_soft" else ("--set", "scene.bodies.bunny.tetrahedra=500")
                 summary = self.run_graph(graph, "--duration", "0.6", *few)
-                if "delivered" not in summary:  # a refit was warm just before the end, which left nothing to judge
-                    self.assertGreater(summary["warm_from_s"] + 0.2, 0.6)  # 0.2 s: until the metrics have settled
-                    summary = self.run_graph(graph, "--duration", "1.2", *few)
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
                 self.assertEqual(summary["drops"], 0)
-                self.assert_has_metrics(summary, graph)
-
-    def assert_has_metrics(self, summary, graph):
-        """Of the metrics told before the run, those are in the summary that no event in it decides. (Of others than
-        these that a run reports, the run itself fails.)"""
-        said = self.run_ok("check", "--metrics", graph).stdout.partition("\nmetrics\n")[2].partition("\n\n")[0]
-        told = [name for name, what in re.findall(r"(?m)^  (\S+) \(.*\)\n      (.*)$", said) if "missing where" not in what]
-        self.assertGreater(len(told), 5)
-        for name in told:
-            at = summary
-            for part in name.split("."):
-                self.assertIn(part, at, name)
-                at = at[part]
 
     def test_live_graphs_say_their_clock_lanes_and_settings(self):
         graphs = list(graphs_with_clock(clock="real"))

@@ -1,5 +1,4 @@
 """Studies: the same table by any number of jobs, kept through kills and interrupts, and refused with the place of what is wrong."""
-import csv
 import json
 import os
 import pathlib
@@ -8,9 +7,7 @@ import sqlite3
 import subprocess
 import unittest
 
-import yaml
-
-from harness import GRAPHS, HAS_HDF5, TACTOR, graph_files, graph_name, needs_meshes, needs_hdf5, tactor
+from harness import GRAPHS, HAS_HDF5, TACTOR, needs_meshes, needs_hdf5, tactor
 from study_harness import FAULT_NODES, RECORDED, StudyTest, children, is_alive
 
 MANY = f"""
@@ -507,45 +504,6 @@ vary: {{coupling.kt: [1, 2], device.rate: [1000, 2000]}}
 report: stability
 """, "none", code=2)
         self.assertIn('did you mean "k_t"?', refused.stderr)
-
-
-def clock_of(graph):
-    """The clock of a graph file, or of what it extends."""
-    content = yaml.safe_load(graph.read_text())
-    if "clock" in content:
-        return content["clock"]
-    extended = content.get("extends", [])
-    found = [clock_of(graph.parent / file) for file in ([extended] if isinstance(extended, str) else extended)]
-    return next((clock for clock in reversed(found) if clock), None)
-
-
-@needs_meshes
-class Shipped(StudyTest):
-    def test_every_shipped_graph_is_among_those_that_are_judged(self):
-        study = yaml.safe_load((GRAPHS / "studies/stability_shipped.yaml").read_text())
-        wanted = {graph_name(graph) for graph in graph_files() if clock_of(graph) != "real"}
-        self.assertGreater(len(wanted), 50)
-        self.assertEqual({graph_name(GRAPHS / "studies" / graph) for graph in study["graphs"]}, wanted)
-
-    def test_every_study_runs_in_short(self):
-        studies = sorted((GRAPHS / "studies").glob("*.yaml"))
-        self.assertGreater(len(studies), 10)
-        for study in studies:
-            with self.subTest(study=study.name):
-                self.assertIn("short", yaml.safe_load(study.read_text()))
-                out = self.folder / study.stem
-                self.run_ok("study", study, "--short", "--out", out)
-                lines = list(csv.DictReader((out / "study.csv").read_text().splitlines()))
-                self.assertGreaterEqual(len(lines), 2)
-                self.assertEqual({line["status"] for line in lines}, {"done"})
-                self.assertIn("<table", (out / "report.html").read_text())
-                for line in lines:  # nothing that is shipped becomes NaN or infinite, nor is refused
-                    if study.stem == "stability_shipped":
-                        self.assertLess(float(line["stability.verdict"]), 4)
-                maps = json.loads((out / "study.json").read_text()).get("stability", {}).get("maps", [])
-                if study.stem.startswith("stability_scenes"):
-                    self.assertEqual([m["graph"] for m in maps], ["duck", "duck_closed_loop", "bunny", "peg_in_hole"])
-                    self.assertEqual([m["own"]["verdict"] for m in maps], ["stable"] * 4)
 
 
 if __name__ == "__main__":
