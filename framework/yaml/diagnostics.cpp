@@ -80,7 +80,8 @@ std::string did_you_mean(std::string_view given, const std::vector<std::string>&
   const std::string* nearest = nullptr;
   for (const std::string& name : names) {
     if (name.size() > longest || name == given) continue;
-    const std::size_t distance = edit_distance(given, name);
+    const bool is_its_first_word = name.starts_with(given) && name[given.size()] == '_';
+    const std::size_t distance = is_its_first_word ? 0 : edit_distance(given, name);
     if (distance < best) {
       best = distance;
       nearest = &name;

@@ -56,7 +56,8 @@ class Diagnostics {
   std::vector<Diagnostic> list_;
 };
 
-/// The name nearest to `given` by edit distance, as `; did you mean "x"?`, or empty where none is near.
+/// The name whose first word is `given` (`k_0` for `k`), else that nearest to it by edit distance, as `; did you mean
+/// "x"?`, or empty where none is near.
 std::string did_you_mean(std::string_view given, const std::vector<std::string>& names);
 
 }  // namespace tactor

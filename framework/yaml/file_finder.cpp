@@ -77,7 +77,13 @@ std::string looked_for(const FileSearch& search) {
 fs::path named_file(const fs::path& name, const FileKind& kind) {
   const FileSearch search = find_file(name, {""}, kind);
   if (!search.file.empty()) return search.file;
-  throw InputError(name.string() + ": expected " + kind.noun + " that exists" + looked_for(search));
+  std::string hint;
+  const bool is_graph = kind.folder == graph_files.folder && kind.part.empty();
+  if (is_graph && name.has_parent_path() && !find_file(name.stem(), {""}, method_files).file.empty()) {
+    const std::string scene = (name.parent_path() / "scene").string(), method = name.stem().string();
+    hint = "; " + method + " is a method, which can be laid over a scene: " + scene + " --over " + method;
+  }
+  throw InputError(name.string() + ": expected " + kind.noun + " that exists" + looked_for(search) + hint);
 }
 
 std::optional<fs::path> FileFinder::find(const Tree& tree, const std::string& path, const FileKind& kind,

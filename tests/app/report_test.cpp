@@ -280,11 +280,11 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_comparison_shows_error_and_cost_first_and_fol
   BOOST_TEST(chart < table);
   // Six rows: what is not reported is told so.
   BOOST_TEST(count(first, "<tr><th scope=\"row\">") == 6U);
-  says(first, "<tr><th scope=\"row\">vibration</th>");
+  says(first, "<tr><th scope=\"row\">vibration over what is felt</th>");
   // Error, roughness and delay, in both tables; the costs tie, and there is none where there is no direction.
   BOOST_TEST(count(html, "class=\"value best\"") == 6U);
   BOOST_TEST(count(html, "aria-label=\"best\"") == 6U);
-  says(html, "<abbr tabindex=\"0\" title=\"RMS error &lt;of the force&gt;, N; lower is better\">error ↓</abbr>");
+  says(html, "<abbr tabindex=\"0\" title=\"RMS error &lt;of the force&gt;, N; lower is better\">RMS error N ↓</abbr>");
   says(html, "<i class=\"mark\" style=\"--color:#0072B2\">●</i> local");
   // As many columns as there is room for, in the six rows and among all metrics.
   for (int i = 0; i < 11; ++i) add_row(c, "m" + std::to_string(i), c.rows.front().values);
@@ -314,14 +314,14 @@ BOOST_AUTO_TEST_CASE(a_method_has_its_colour_on_every_page_and_rows_of_one_colou
 
 BOOST_AUTO_TEST_CASE(a_comparison_says_at_its_top_that_there_are_warnings_and_draws_what_is_not_ranked_hollow) {
   Comparison c = six_seeds();
-  says_not(compare_report(c, {}), "read the warnings");
+  says_not(compare_report(c, {}), "#doubts");
   TimingNote noisy;
   noisy.warning = "The machine was not quiet.";
   for (const bool unlike : {true, false}) {
     if (unlike) c.rows[1].unlike = "its coupling differs from that of off in k_0";
     const std::string html = compare_report(c, unlike ? TimingNote{} : noisy);
     const std::string first = html.substr(0, html.find("<details>"));
-    says(first.substr(0, first.find("<svg")), "<a class=\"bad\" href=\"#doubts\">read the warnings</a>");
+    says(first.substr(0, first.find("<svg")), "<a class=\"bad\" href=\"#doubts\">1 warning</a>");
     says(first, unlike ? "Warning: local: its coupling differs" : "Warning: The machine was not quiet.");
     if (unlike) says(first, "local (not ranked)");
     c = six_seeds();

@@ -204,7 +204,7 @@ BOOST_AUTO_TEST_CASE(a_chart_has_the_error_upwards_and_its_key_names_methods_by_
   study.spec.metrics = {"cpu_ms_per_s"};
   const TemporaryFolder folder;
   const std::string html = write_work_precision(folder.path(), study, work_precision(study));
-  const std::size_t run_time = html.find(">CPU ms a simulated second</text>");
+  const std::size_t run_time = html.find(">CPU ms per simulated second</text>");
   const std::string error = ">" + work_precision(study).error_label + "</text>";
   const std::size_t upwards = html.find(error);
   BOOST_REQUIRE(run_time != std::string::npos);

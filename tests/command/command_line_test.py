@@ -124,6 +124,13 @@ class Names(Refused):
         self.assert_refused("chek", DUCK, says=["found chek", 'did you mean "check"?', "run, compare, study"])
         self.assert_refused("device", "tset", DUCK, says=["found tset", 'did you mean "test"?'])
 
+    def test_a_parameter_of_which_the_first_word_was_typed_is_named(self):
+        self.assert_refused("check", DUCK, "--set", "coupling.k=3", says=["nodes.coupling.k: expected a parameter", 'did you mean "k_0"?'])
+
+    def test_a_method_that_is_no_graph_of_the_scene_is_said_to_go_over_it(self):
+        self.assert_refused("run", "wall/local", says=["wall/local: expected a graph file", "local is a method", "wall/scene --over local"])
+        self.assertNotIn("is a method", self.assert_refused("run", "wall/lcoal", says=[]))
+
     def test_an_option_that_does_not_exist_names_the_nearest(self):
         self.assert_refused("run", DUCK, "--duratoin", "3", says=["found --duratoin", 'did you mean "--duration"?'])
         self.assert_refused("check", DUCK, "--explian", says=['did you mean "--explain"?'])

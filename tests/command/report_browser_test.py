@@ -91,11 +91,11 @@ class Pages(CommandTest):
 
     def test_a_comparison_shows_error_and_cost_and_the_force_on_its_first_screen(self):
         self.open("compare", (1280, 800))
-        for title in ("Error against run time", "150 ms"):
+        for title in ("Error against run time", "The 150 ms"):
             bottom = "return arguments[0].querySelector('svg').getBoundingClientRect().bottom + scrollY"
             self.assertLess(self.script(bottom, self.chart(title)), 800)
         self.assertEqual(self.script("return [...document.querySelector('table').querySelectorAll('tbody th')].map(e => e.textContent.split(' ')[0])"),
-                         ["error", "delay", "smoothness", "vibration", "run", "verdict"])
+                         ["RMS", "delay", "roughness", "vibration", "run", "verdict"])
 
     def test_a_method_has_the_colour_and_the_mark_of_its_head_in_every_chart(self):
         self.open("compare")
@@ -107,7 +107,7 @@ class Pages(CommandTest):
           e => [e.style.getPropertyValue('--color'), e.textContent, e.parentNode.lastChild.textContent]);"""
         marks = [key for key in self.script(keys, self.chart("Error against run time")) if key[2] in colors]
         self.assertEqual(marks, heads)
-        for title in ("150 ms", "Force on the device"):
+        for title in ("The 150 ms", "Force on the device"):
             lines = {name: color for color, _, name in self.script(keys, self.chart(title)) if name in colors}
             self.assertEqual(lines, colors)
 

@@ -445,7 +445,7 @@ timing: {{repeats: 2, warm_up: 0}}
             self.assertTrue(self.bytes_of("out", f"work_precision_{name}.svg").startswith(b"<svg"))
             self.assertTrue(self.bytes_of("out", f"work_precision_{name}.png").startswith(b"\x89PNG"))
         page = self.bytes_of("out", "report.html").decode()
-        for text in ("<svg", "kalman", "A fixed computation before each run", "CPU ms a simulated second"):
+        for text in ("<svg", "kalman", "A fixed computation before each run", "CPU ms per simulated second"):
             self.assertIn(text, page)
         for outside in ("http://cdn", "https://cdn", "<script src", "<link", "@import", "url(http"):
             self.assertNotIn(outside, page)

@@ -139,11 +139,12 @@ std::string summary_tables(const Comparison& comparison, const PageRows& shown) 
     std::string_view metric;
     const char* word;
   };
-  static constexpr std::array<Asked, 5> asked{{{delivered_error, "error"},
-                                               {"delivered.force.delay_ms", "delay"},
-                                               {"delivered.force.rms_d2_N_per_ms2", "smoothness"},
-                                               {"delivered.force.vibration_above_threshold_dB", "vibration"},
-                                               {"cpu_ms_per_s", "run time"}}};
+  static constexpr std::array<Asked, 5> asked{
+      {{delivered_error, "RMS error"},
+       {"delivered.force.delay_ms", "delay behind the reference"},
+       {"delivered.force.rms_d2_N_per_ms2", "roughness"},
+       {"delivered.force.vibration_above_threshold_dB", "vibration over what is felt"},
+       {"cpu_ms_per_s", "run time"}}};
   return method_tables(comparison, shown, [&](MethodTable& table) {
     for (const Asked& one : asked) {
       const auto column = std::find_if(comparison.columns.begin(), comparison.columns.end(),
@@ -155,7 +156,7 @@ std::string summary_tables(const Comparison& comparison, const PageRows& shown) 
       const Column named{column->metric, with_unit(comparison, one.word, one.metric), column->run_time};
       table.add_column(head_text(comparison, named), static_cast<std::size_t>(column - comparison.columns.begin()));
     }
-    table.add("verdict", [&](std::size_t row) { return escape(verdict_text(comparison, row)); });
+    table.add("verdict on the error", [&](std::size_t row) { return escape(verdict_text(comparison, row)); });
   });
 }
 
@@ -215,7 +216,7 @@ std::pair<double, double> bar_of(const OverSeeds& value, const AxisRange& axis) 
 
 /// The error of each method over what it costs, and the front that none is below.
 Chart error_against_run_time(const Comparison& comparison, const PageRows& shown) {
-  Chart chart{"Error against run time", "run time: CPU ms a simulated second", "RMS error N", {}, {}};
+  Chart chart{"Error against run time", "run time: CPU ms per simulated second", "RMS error, N", {}, {}};
   std::vector<OverSeeds> times, errors;
   std::vector<double> ranked_times, ranked_errors;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
@@ -271,7 +272,7 @@ Chart error_against_run_time(const Comparison& comparison, const PageRows& shown
 
 /// One mark a seed.
 Chart error_against_smoothness(const Comparison& comparison, const PageRows& shown) {
-  Chart chart{"Error against smoothness, a mark a seed", "RMS second difference N/ms²", "RMS error N", {}, {}};
+  Chart chart{"Error against smoothness, a mark a seed", "RMS second difference N/ms²", "RMS error, N", {}, {}};
   chart.log_x = true;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     const CompareRow& row = comparison.rows[i];
@@ -321,7 +322,7 @@ std::optional<ForceCharts> force_charts(const Comparison& comparison, const Page
       charts.whole.curves.back().width = 1.0;
     }
   }
-  charts.zoom.title += fmt::format(", seed {}", first.seed);
+  charts.zoom.title = fmt::format("The 150 ms in which the force moves most: along {}, seed {}", axis, first.seed);
   charts.zoom.curves.push_back(arrivals(first, range, axis));
   return charts;
 }
@@ -350,13 +351,17 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   constexpr int half_width = 580, first_height = 330;
   const PageRows rows = page_rows(comparison);
   const std::size_t seeds = comparison.seeds.size();
-  std::string doubts = warnings_html(comparison);
-  if (!timing.warning.empty()) doubts += "<p class=\"bad\">Warning: " + escape(timing.warning) + "</p>\n";
-  doubts += failures_html(comparison);
-  std::string body =
-      fmt::format("<p class=\"sub\">{}; tactor {}{}</p>\n",
-                  seeds == 1 ? std::string("one seed") : fmt::format("mean ± standard deviation over {} seeds", seeds),
-                  TACTOR_VERSION, doubts.empty() ? "" : "; <a class=\"bad\" href=\"#doubts\">read the warnings</a>");
+  std::vector<std::string> warnings = comparison_warnings(comparison);
+  if (!timing.warning.empty()) warnings.push_back(timing.warning);
+  const std::string failures = failures_html(comparison);
+  const std::size_t doubts = warnings.size() + (failures.empty() ? 0 : 1);
+  std::string body = fmt::format(
+      "<p class=\"sub\">{}; tactor {}{}</p>\n",
+      seeds == 1 ? std::string("one seed") : fmt::format("mean ± standard deviation over {} seeds", seeds),
+      TACTOR_VERSION,
+      doubts == 0
+          ? std::string()
+          : fmt::format("; <a class=\"bad\" href=\"#doubts\">{} warning{}</a>", doubts, doubts == 1 ? "" : "s"));
   const Chart cost = error_against_run_time(comparison, rows);
   const std::optional<ForceCharts> force = force_charts(comparison, rows);
   std::string first = has_values(cost) ? chart_figure({cost}, half_width, first_height)
@@ -364,10 +369,11 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   if (force && has_values(force->zoom)) first += chart_figure({force->zoom}, half_width, first_height);
   body += "<div class=\"pair\">\n" + first + "</div>\n" + summary_tables(comparison, rows);
   body += fmt::format(
-      "<p class=\"sub\">{}; ★: the best by a test over the seeds; bars and ±: standard deviation over the "
+      "<p class=\"sub\">{}; ★: the best by a paired test over the seeds (95 %); bars and ±: standard deviation over "
+      "the "
       "seeds</p>\n",
       arrows_text);
-  if (!doubts.empty()) body += "<div id=\"doubts\">\n" + doubts + "</div>\n";
+  if (doubts > 0) body += "<div id=\"doubts\">\n" + warnings_html(warnings) + failures + "</div>\n";
 
   body += folded("In words", verdict_html(comparison, timing));
   body += folded("All metrics", judged_html(comparison) + metric_tables(comparison, rows) + timing_html(timing));

@@ -455,7 +455,7 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
       escape(study.spec.title), study.spec.title.empty() ? "" : " · ", study.comparison.seeds.size(),
       study.comparison.seeds.size() == 1 ? "" : "s", study.comparison.seeds.front(), TACTOR_VERSION, meanings,
       any_own(maps) ? " A frame is round the cell whose values are the graph's own." : "");
-  body += warnings_html(study.comparison);
+  body += warnings_html(comparison_warnings(study.comparison));
   // The key wants its height too.
   const int height = std::max(360, 190 + 34 * static_cast<int>(maps.y.values.size()));
   const int width = std::clamp(400 + 60 * static_cast<int>(maps.x.values.size()), 700, 1160);

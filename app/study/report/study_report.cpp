@@ -99,7 +99,7 @@ std::string study_report(const Study& study) {
       comparison.seeds.size() == 1 ? "" : "s", comparison.seeds.front(),
       ratios.empty() ? "" : escape(ratios) + ", by the geometric mean, with their 95 % confidence interval over seeds",
       TACTOR_VERSION);
-  body += warnings_html(comparison) + judged_html(comparison);
+  body += warnings_html(comparison_warnings(comparison)) + judged_html(comparison);
   if (study.spec.graphs.size() > 1) {
     HtmlTable table = table_of_study(study, false);
     for (std::size_t s = 0; s < configurations; ++s) {

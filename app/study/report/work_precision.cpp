@@ -213,7 +213,7 @@ std::vector<Chart> charts_of(const WorkPrecision& found, const WorkGraph& graph)
     if (!chart.curves.empty()) charts.push_back(std::move(chart));
   };
   if (found.time != StudyTime::tick) {
-    add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms a simulated second"));
+    add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms per simulated second"));
   }
   if (found.time != StudyTime::run) {
     add(chart_of(found, graph, &WorkPoint::us_per_tick, &WorkPoint::front_tick, "methods, CPU µs a tick"));
@@ -251,7 +251,7 @@ std::string front_text(const WorkPoint& p) {
 std::string table_html(const WorkPrecision& found, const WorkGraph& graph) {
   std::string html =
       "<div class=\"wide\"><table><thead><tr><th></th><th>" + escape(found.error_label) +
-      "</th><th>CPU ms a simulated second</th><th>methods, µs a tick</th><th>not undercut by</th></tr></thead>"
+      "</th><th>CPU ms per simulated second</th><th>methods, µs a tick</th><th>not undercut by</th></tr></thead>"
       "<tbody>\n";
   for (const WorkPoint& p : graph.points) {
     html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n", escape(point_name(p)),
@@ -306,8 +306,11 @@ std::string work_precision_table(const Study& study, const WorkPrecision& found,
                   study.comparison.seeds.size(), study.comparison.seeds.size() == 1 ? "" : "s");
   using enum TextTable::Align;
   for (const WorkGraph& graph : found.graphs) {
-    TextTable table(
-        {{""}, {"error", right}, {"CPU ms a simulated s", right}, {"methods, us a tick", right}, {"not undercut by"}});
+    TextTable table({{""},
+                     {"error", right},
+                     {"CPU ms per simulated s", right},
+                     {"methods, us a tick", right},
+                     {"not undercut by"}});
     for (const WorkPoint& p : graph.points) {
       table.add(
           {point_name(p), spread_text(p.error), spread_text(p.ms_per_s), spread_text(p.us_per_tick), front_text(p)});
@@ -359,7 +362,7 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
                    "is excluded from the Pareto front, because the missing seeds may be the hard ones. "
                  : "",
       escape(timing.text));
-  body += warnings_html(study.comparison);
+  body += warnings_html(comparison_warnings(study.comparison));
   if (!timing.warning.empty()) body += "<p class=\"bad\">" + escape(timing.warning) + "</p>\n";
   // What is over all graphs comes first.
   std::vector<const WorkGraph*> order;

@@ -130,9 +130,9 @@ std::string warning_lines(const Comparison& comparison) {
   return text.empty() ? text : "\n" + text;
 }
 
-std::string warnings_html(const Comparison& comparison) {
+std::string warnings_html(const std::vector<std::string>& warnings) {
   std::string html;
-  for (const std::string& warning : comparison_warnings(comparison)) {
+  for (const std::string& warning : warnings) {
     html += "<p class=\"bad\">Warning: " + escape(warning) + "</p>\n";
   }
   return html;

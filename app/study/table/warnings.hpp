@@ -13,8 +13,8 @@ namespace tactor {
 std::vector<std::string> comparison_warnings(const Comparison& comparison);
 /// The same as lines for the terminal; empty for none.
 std::string warning_lines(const Comparison& comparison);
-/// The same for the top of a page; empty for none.
-std::string warnings_html(const Comparison& comparison);
+/// Warnings for a page; empty for none.
+std::string warnings_html(const std::vector<std::string>& warnings);
 
 /// In what the graph's scene or coupling differs from that of `other`, as a sentence that begins `its scene` or
 /// `its coupling`; empty: in nothing.
