@@ -69,7 +69,7 @@ std::string significance_html(const Comparison& comparison, const std::string& a
     any = true;
     const std::size_t seeds = comparison.seeds.size();
     std::vector<std::string> cells{breakable(row.name()), "-", "-"};
-    if (row.one_step_anova) {
+    if (row.one_step_anova && judged_seeds(comparison, row) >= fewest_seeds) {
       cells[1] = pretty(row.one_step_anova->F) + over_seeds(judged_seeds(comparison, row), seeds);
       cells[2] = row.one_step_anova->p > 0 ? pretty(row.one_step_anova->p) : "&lt; 1e-300";
     }

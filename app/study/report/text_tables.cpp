@@ -61,7 +61,7 @@ std::string judged_text(const Comparison& comparison) {
       found = ": delivered not compared, the reference is no finer than the run";
     }
     const auto add = [&](const std::string& text) { found += (found.empty() ? ": " : "; ") + text; };
-    if (row.one_step_anova) {
+    if (row.one_step_anova && judged_seeds(comparison, row) >= fewest_seeds) {
       add(fmt::format("one-step ANOVA F = {}, {}{}", pretty(row.one_step_anova->F), p_text(row.one_step_anova->p),
                       over_seeds(judged_seeds(comparison, row), comparison.seeds.size())));
     }

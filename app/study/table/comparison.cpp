@@ -158,7 +158,7 @@ void judge(Comparison& comparison) {
       return all;
     };
     const bool is_chance = !row.identical_seeds || !first.identical_seeds;
-    if (is_chance && seeds.size() >= fewest_seeds) row.one_step_anova = one_way_anova(pooled(first), pooled(row));
+    if (is_chance) row.one_step_anova = one_way_anova(pooled(first), pooled(row));
     for (const auto& [target, name] :
          {std::pair{&row.one_step, "one_step.force.rms_error_N"}, {&row.delivered, "delivered.force.rms_error_N"}}) {
       const std::vector<double> a = metrics(first, name);
