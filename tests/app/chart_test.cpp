@@ -67,7 +67,7 @@ BOOST_AUTO_TEST_CASE(a_figure_tells_the_script_of_the_page_where_its_axes_are) {
   chart.curves.front().y_low = chart.curves.front().y_high = chart.curves.front().y;
   BOOST_TEST(chart_figure({chart}, 400, 200).find("&quot;mark&quot;:0,&quot;name&quot;:&quot;&lt;a&gt;&quot;}") !=
              std::string::npos);
-  // What the script cannot draw stays gnuplot's.
+  // The script cannot draw rings, so gnuplot's picture stays.
   chart.curves.front().ring = true;
   BOOST_TEST(chart_figure({chart}, 400, 200).find("data-charts") == std::string::npos);
 }

@@ -281,7 +281,7 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_comparison_shows_error_and_cost_first_and_fol
   // Six rows: what is not reported is told so.
   BOOST_TEST(count(first, "<tr><th scope=\"row\">") == 6U);
   says(first, "<tr><th scope=\"row\">vibration over what is felt</th>");
-  // Error, roughness and delay, in both tables; the costs tie, and there is none where there is no direction.
+  // Error, roughness and delay have one in both tables. The costs tie, and the number has no direction.
   BOOST_TEST(count(html, "class=\"value best\"") == 6U);
   BOOST_TEST(count(html, "aria-label=\"best\"") == 6U);
   says(html, "<abbr tabindex=\"0\" title=\"RMS error &lt;of the force&gt;, N; lower is better\">RMS error N ↓</abbr>");

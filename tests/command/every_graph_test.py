@@ -3,7 +3,7 @@ import math
 import re
 import unittest
 
-from harness import CachedTest, graph_name, graphs_with_clock, needs_meshes
+from harness import CachedTest, few_tetrahedra, graph_name, graphs_with_clock, needs_meshes
 
 
 @needs_meshes
@@ -12,11 +12,10 @@ class EveryGraph(CachedTest):
         for graph in graphs_with_clock(clock="virtual"):
             with self.subTest(graph=graph_name(graph)):
                 # Past the settling time of the metrics, so that every metric is there.
-                few = () if graph.parent.name != "bunny_soft" else ("--set", "scene.bodies.bunny.tetrahedra=500")
-                summary = self.run_graph(graph, "--duration", "0.6", *few)
+                summary = self.run_graph(graph, "--duration", "0.6", *few_tetrahedra(graph))
                 if "delivered" not in summary:  # a refit was warm just before the end, which left nothing to judge
                     self.assertGreater(summary["warm_from_s"] + 0.2, 0.6)  # 0.2 s: until the metrics have settled
-                    summary = self.run_graph(graph, "--duration", "1.2", *few)
+                    summary = self.run_graph(graph, "--duration", "1.2", *few_tetrahedra(graph))
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
                 self.assertEqual(summary["drops"], 0)
                 self.assert_has_metrics(summary, graph)

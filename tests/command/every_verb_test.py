@@ -3,7 +3,7 @@ import json
 import re
 import unittest
 
-from harness import GRAPHS, CachedTest, needs_meshes, tactor
+from harness import GRAPHS, CachedTest, few_tetrahedra, needs_meshes, tactor
 
 # What a verb may refuse although `run` takes the graph, and the words that say why.
 REFUSALS = {
@@ -59,10 +59,8 @@ class EveryVerb(CachedTest):
     def test_the_dear_verbs_take_graphs_that_have_every_type_of_node(self):
         graphs = list(self.covering())
         self.assertGreater(len(graphs), 10)
-        few = ("--set", "scene.bodies.bunny.tetrahedra=500")
         for graph in graphs:
-            soft = few if graph.parent.name == "bunny_soft" else ()
-            short = ("--duration", "30 ms", "--set", "clock=virtual", *soft)
+            short = ("--duration", "30 ms", "--set", "clock=virtual", *few_tetrahedra(graph))
             with self.subTest(graph=str(graph.relative_to(GRAPHS))):
                 again = self.write("again.yaml", f"extends: {graph}\n")
                 taken, why = self.takes("run", graph, *short, "--out", self.folder / "run", "--overwrite")

@@ -4,7 +4,7 @@ import unittest
 
 import yaml
 
-from harness import GRAPHS, CachedTest, graph_name, graphs_with_clock, needs_meshes, tactor
+from harness import GRAPHS, CachedTest, few_tetrahedra, graph_name, graphs_with_clock, needs_meshes, tactor
 
 
 @needs_meshes
@@ -30,8 +30,7 @@ class ShippedGraphs(CachedTest):
         self.assertGreater(len(scenes), 10)
         for graph in scenes:
             with self.subTest(graph=graph_name(graph)):
-                few = () if graph.parent.name != "bunny_soft" else ("--set", "scene.bodies.bunny.tetrahedra=500")
-                summary = self.run_graph(graph, "--duration", "0.6", *few)
+                summary = self.run_graph(graph, "--duration", "0.6", *few_tetrahedra(graph))
                 self.assertTrue(math.isfinite(summary["delivered"]["force"]["rms_error_N"]))
                 self.assertEqual(summary["drops"], 0)
 

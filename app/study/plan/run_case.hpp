@@ -31,8 +31,7 @@ struct RunCase {
   std::size_t group = 0;  ///< cases of one group are compared with each other, and judged on one interval
   JudgedFrom judged{};    ///< found before the first run
   Overrides unvaried{};   ///< the overrides without what a study varies
-  std::string
-      unlike{};  ///< in what more than its method differs from the first case's, as a sentence; empty: in nothing
+  std::string unlike{};   ///< how more than its method differs from the first case, a sentence; empty: not at all
 };
 
 /// `graph configuration`.

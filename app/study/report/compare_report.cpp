@@ -65,8 +65,7 @@ PageRows page_rows(const Comparison& comparison) {
 
 /// The head of a row's column: its mark in its colour, its name, and how many seeds are done where some are not.
 std::string head_of_row(const Comparison& comparison, const PageRows& shown, std::size_t row) {
-  const std::string seeds = comparison.rows[row].seeds_text();
-  return shown.styles[row].html() + " " + breakable(shown.names[row] + (seeds.empty() ? "" : " (" + seeds + ")"));
+  return shown.styles[row].html() + " " + breakable(comparison.rows[row].with_seeds(shown.names[row]));
 }
 
 /// The mean, marked where the seeds show it to be the best of its row, and the deviation.
@@ -96,7 +95,7 @@ class MethodTable {
     table_.add(cells);
   }
   void add_column(const std::string& name, std::size_t column) {
-    const std::optional<std::size_t> winner = winner_of(comparison_, ranking(comparison_, column));
+    const std::optional<std::size_t> winner = ranking(comparison_, column).winner;
     add(name, [&](std::size_t row) {
       return compare_cell(comparison_.rows[row].done(comparison_.rows[row].values[column]), winner == row);
     });
@@ -133,7 +132,7 @@ std::string method_tables(const Comparison& comparison, const PageRows& shown, c
   return html;
 }
 
-/// What a reader asks first, a row each.
+/// The first questions of a reader, a row each.
 std::string summary_tables(const Comparison& comparison, const PageRows& shown) {
   struct Asked {
     std::string_view metric;
@@ -147,14 +146,14 @@ std::string summary_tables(const Comparison& comparison, const PageRows& shown) 
        {"cpu_ms_per_s", "run time"}}};
   return method_tables(comparison, shown, [&](MethodTable& table) {
     for (const Asked& one : asked) {
-      const auto column = std::find_if(comparison.columns.begin(), comparison.columns.end(),
-                                       [&](const Column& c) { return c.metric == one.metric; });
-      if (column == comparison.columns.end()) {
+      const std::optional<std::size_t> column = comparison.column(one.metric);
+      if (!column) {
         table.add(one.word, [](std::size_t /*row*/) { return std::string("-"); });
         continue;
       }
-      const Column named{column->metric, with_unit(comparison, one.word, one.metric), column->run_time};
-      table.add_column(head_text(comparison, named), static_cast<std::size_t>(column - comparison.columns.begin()));
+      Column named = comparison.columns[*column];
+      named.label = with_unit(comparison, one.word, one.metric);
+      table.add_column(head_text(comparison, named), *column);
     }
     table.add("verdict on the error", [&](std::size_t row) { return escape(verdict_text(comparison, row)); });
   });
@@ -370,8 +369,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
   body += "<div class=\"pair\">\n" + first + "</div>\n" + summary_tables(comparison, rows);
   body += fmt::format(
       "<p class=\"sub\">{}; ★: the best by a paired test over the seeds (95 %); bars and ±: standard deviation over "
-      "the "
-      "seeds</p>\n",
+      "the seeds</p>\n",
       arrows_text);
   if (doubts > 0) body += "<div id=\"doubts\">\n" + warnings_html(warnings) + failures + "</div>\n";
 

@@ -4,7 +4,6 @@
 
 #include <utility>
 
-#include "app/report/html_page.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/report/text_tables.hpp"
 
@@ -35,6 +34,17 @@ std::string deviation(const std::vector<double>& values) {
   return values.size() < 2 ? "-" : pretty(standard_deviation(values));
 }
 
+void add_metric_cells(std::vector<std::string>& cells, const CompareRow& row) {
+  for (const std::vector<double>& by_seed : row.values) {
+    const std::vector<double> values = row.done(by_seed);
+    cells.push_back(fmt::format("{} ± {}", pretty(mean(values)), deviation(values)));
+  }
+}
+
+std::string in_frame(const HtmlTable& table) {
+  return "<div class=\"wide\">" + table.html() + "</div>\n";
+}
+
 std::string judged_html(const Comparison& comparison) {
   std::string html;
   for (const std::string& sentence : judged_sentences(comparison)) html += "<li>" + escape(sentence) + "</li>\n";
@@ -50,13 +60,10 @@ std::string named_metrics_html(const Study& study, std::size_t graph) {
   for (std::size_t s = 0; s < study.configurations.size(); ++s) {
     const CompareRow& row = comparison.rows[graph * study.configurations.size() + s];
     std::vector<std::string> cells{escape(row.configuration + study.incomplete(s))};
-    for (const std::vector<double>& by_seed : row.values) {
-      const std::vector<double> values = row.done(by_seed);
-      cells.push_back(fmt::format("{} ± {}", pretty(mean(values)), deviation(values)));
-    }
+    add_metric_cells(cells, row);
     table.add(cells);
   }
-  return "<div class=\"wide\">" + table.html() + "</div>\n";
+  return in_frame(table);
 }
 
 std::string significance_html(const Comparison& comparison, const std::string& against) {
@@ -69,9 +76,9 @@ std::string significance_html(const Comparison& comparison, const std::string& a
     any = true;
     const std::size_t seeds = comparison.seeds.size();
     std::vector<std::string> cells{breakable(row.name()), "-", "-"};
-    if (row.one_step_anova && judged_seeds(comparison, row) >= fewest_seeds) {
-      cells[1] = pretty(row.one_step_anova->F) + over_seeds(judged_seeds(comparison, row), seeds);
-      cells[2] = row.one_step_anova->p > 0 ? pretty(row.one_step_anova->p) : "&lt; 1e-300";
+    if (const Anova* anova = shown_anova(comparison, row)) {
+      cells[1] = pretty(anova->F) + over_seeds(judged_seeds(comparison, row), seeds);
+      cells[2] = anova->p > 0 ? pretty(anova->p) : "&lt; 1e-300";
     }
     add_difference(cells, row.one_step, seeds);
     add_difference(cells, row.delivered, seeds);

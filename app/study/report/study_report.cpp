@@ -36,24 +36,15 @@ std::vector<std::string> study_cells(const Study& study, const std::string& name
           worst_text(spread, ratio_number), ratio_text(ratio.one_step, seeds)};
 }
 
-/// On a wide screen a table of many metrics is scrolled in its frame.
-std::string in_frame(const HtmlTable& table) {
-  return "<div class=\"wide\">" + table.html() + "</div>\n";
-}
-
 std::string study_graph_html(const Study& study, std::size_t first) {
   const Comparison& comparison = study.comparison;
   HtmlTable table = table_of_study(study, true);
   std::string remarks;
   for (std::size_t row = first; row < first + study.configurations.size(); ++row) {
-    const std::string seeds = comparison.rows[row].seeds_text();
+    const CompareRow& mine = comparison.rows[row];
     std::vector<std::string> cells =
-        study_cells(study, comparison.rows[row].configuration + (seeds.empty() ? "" : " (" + seeds + ")"),
-                    study.ratios[row], study.spreads[row]);
-    for (const std::vector<double>& by_seed : comparison.rows[row].values) {
-      const std::vector<double> values = comparison.rows[row].done(by_seed);
-      cells.push_back(fmt::format("{} ± {}", pretty(mean(values)), deviation(values)));
-    }
+        study_cells(study, mine.with_seeds(mine.configuration), study.ratios[row], study.spreads[row]);
+    add_metric_cells(cells, mine);
     table.add(cells);
     if (const std::string two = populations_text(study.spreads[row]); !two.empty()) {
       remarks += "<p>" + escape(label(study.configuration(row)) + ": " + two) + "</p>\n";

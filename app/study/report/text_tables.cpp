@@ -61,8 +61,8 @@ std::string judged_text(const Comparison& comparison) {
       found = ": delivered not compared, the reference is no finer than the run";
     }
     const auto add = [&](const std::string& text) { found += (found.empty() ? ": " : "; ") + text; };
-    if (row.one_step_anova && judged_seeds(comparison, row) >= fewest_seeds) {
-      add(fmt::format("one-step ANOVA F = {}, {}{}", pretty(row.one_step_anova->F), p_text(row.one_step_anova->p),
+    if (const Anova* anova = shown_anova(comparison, row)) {
+      add(fmt::format("one-step ANOVA F = {}, {}{}", pretty(anova->F), p_text(anova->p),
                       over_seeds(judged_seeds(comparison, row), comparison.seeds.size())));
     }
     for (const auto& [name, d] : {std::pair{"one-step", row.one_step}, {"delivered", row.delivered}}) {
@@ -139,11 +139,10 @@ std::string brief_table(const Comparison& comparison, const TimingNote& timing, 
   for (const std::string_view metric :
        {delivered_error, std::string_view("delivered.force.delay_ms"),
         std::string_view("delivered.force.rms_d2_N_per_ms2"), std::string_view("cpu_ms_per_s")}) {
-    const auto column = std::find_if(comparison.columns.begin(), comparison.columns.end(),
-                                     [&](const Column& c) { return c.metric == metric; });
-    if (column == comparison.columns.end()) continue;
-    shown.push_back(&*column);
-    heads.push_back({head_of(comparison, *column), TextTable::Align::right});
+    const std::optional<std::size_t> column = comparison.column(metric);
+    if (!column) continue;
+    shown.push_back(&comparison.columns[*column]);
+    heads.push_back({head_of(comparison, *shown.back()), TextTable::Align::right});
   }
   TextTable table(std::move(heads));
   for (const CompareRow& row : comparison.rows) {

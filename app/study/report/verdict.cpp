@@ -57,10 +57,10 @@ std::string listed(const std::vector<std::string>& texts) {
 class Speaker {
  public:
   Speaker(const Comparison& comparison, const Subject& subject) : comparison_(comparison), subject_(subject) {
-    for (std::size_t c = 0; c < comparison.columns.size(); ++c) {
-      if (comparison.columns[c].metric == subject.metric) column_ = c;
+    if (const auto column = comparison.column(subject.metric)) {
+      column_ = *column;
+      ranking_ = ranking(comparison, column_);
     }
-    if (exists()) ranking_ = ranking(comparison, column_);
   }
 
   [[nodiscard]] bool exists() const { return column_ < comparison_.columns.size(); }
@@ -119,7 +119,7 @@ std::string Speaker::sentences() const {
            lacking();
   }
   std::string text;
-  if (best.size() == 1 && winner_of(comparison_, ranking_)) {
+  if (ranking_.winner) {
     text = fmt::format("<b>{}</b> is {}: {} {}", name(best.front()), subject_.superlative, term(),
                        value_text(best.front()));
   } else if (best.size() == 1) {
@@ -149,7 +149,7 @@ std::string cost_sentence(const Comparison& comparison, const TimingNote& timing
     std::vector<std::string> texts;
     for (const std::size_t row : rows) {
       texts.push_back(fmt::format("{} {}{}", speaker.name(row), speaker.value_text(row),
-                                  winner_of(comparison, speaker.order()) == row ? " (least)" : ""));
+                                  speaker.order().winner == row ? " (least)" : ""));
     }
     text += listed(texts);
   }
@@ -251,13 +251,6 @@ bool Ranking::is_best(std::size_t row) const {
   return std::find(best.begin(), best.end(), row) != best.end();
 }
 
-std::optional<std::size_t> winner_of(const Comparison& comparison, const Ranking& ranking) {
-  if (ranking.best.size() != 1) return std::nullopt;
-  const CompareRow& row = comparison.rows[ranking.best.front()];
-  if (row.seeds_done() < fewest_seeds || row.identical_seeds) return std::nullopt;
-  return ranking.best.front();
-}
-
 bool is_ranked(const Comparison& comparison, std::size_t row) {
   const CompareRow& asked = comparison.rows[row];
   if (!asked.too_coarse.empty() || !asked.unlike.empty() || asked.never_touches()) return false;
@@ -289,6 +282,10 @@ Ranking ranking(const Comparison& comparison, std::size_t column) {
     const std::vector<double> mine = values(row);
     if (pretty(mean(first)) == pretty(mean(mine)) || noise_hides(first, mine, sign)) found.best.push_back(row);
   }
+  const CompareRow& front = comparison.rows[found.rows.front()];
+  if (found.best.size() == 1 && front.seeds_done() >= fewest_seeds && !front.identical_seeds) {
+    found.winner = found.best.front();
+  }
   return found;
 }
 
@@ -299,15 +296,11 @@ std::string verdict_text(const Comparison& comparison, std::size_t row) {
   if (!mine.unlike.empty()) return "not ranked: another scene or coupling";
   if (mine.never_touches()) return "nothing touches";
   if (!is_ranked(comparison, row)) return "not ranked: runs failed";
-  const auto column = std::find_if(comparison.columns.begin(), comparison.columns.end(),
-                                   [](const Column& one) { return one.metric == delivered_error; });
-  if (column == comparison.columns.end()) return "no error is known";
-  const auto index = static_cast<std::size_t>(column - comparison.columns.begin());
-  const auto error = [&](std::size_t of) { return mean(comparison.rows[of].done(comparison.rows[of].values[index])); };
+  const auto error = [&](std::size_t of) { return comparison.rows[of].mean_of(delivered_error, comparison.columns); };
   if (!std::isfinite(error(row))) return "no error is known";
-  const Ranking order = ranking(comparison, index);
+  const Ranking order = ranking(comparison, *comparison.column(delivered_error));
   if (order.rows.size() < 2) return "nothing to compare with";
-  if (winner_of(comparison, order) == row) return "least error";
+  if (order.winner == row) return "least error";
   if (order.is_best(row)) return order.best.size() > 1 ? "tied for the least error" : "least error, not tested";
   constexpr double little = 1.1;
   const double ratio = error(row) / error(order.rows.front());

@@ -15,16 +15,15 @@ namespace tactor {
 struct Ranking {
   std::vector<std::size_t> rows;  ///< those with a value, the best first; none where the metric has no direction
   /// The first of `rows`, and those that tie with it: they are alike in three digits, or the noise of the seeds hides
-  /// the difference. It does where the 95 % confidence interval of the paired difference includes zero; of two or three
-  /// seeds, which say little, where they do not agree which is better. None where fewer than two rows have a value.
+  /// the difference. It does where the 95 % confidence interval of the paired difference includes zero; of fewer than
+  /// `fewest_seeds`, where they do not agree which is better. None where fewer than two rows have a value.
   std::vector<std::size_t> best;
+  /// The row that the seeds show to be best. None where rows tie, where fewer than `fewest_seeds` are done, and where
+  /// the seeds are copies of one run.
+  std::optional<std::size_t> winner;
 
   [[nodiscard]] bool is_best(std::size_t row) const;
 };
-
-/// The row that the seeds show to be best. None where rows tie, where fewer than `fewest_seeds` are done, and where the
-/// seeds are copies of one run.
-std::optional<std::size_t> winner_of(const Comparison& comparison, const Ranking& ranking);
 
 /// Whether the row has every seed that some row has, a truth that is finer than its runs, contacts, and the scene and
 /// coupling of the others. One that lacks a seed is not ranked: the seeds that it lacks may be the hard ones.

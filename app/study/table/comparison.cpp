@@ -214,9 +214,20 @@ std::string CompareRow::full_name() const {
   return case_name(graph, configuration);
 }
 
-std::string CompareRow::name() const {
+std::string CompareRow::with_seeds(const std::string& name) const {
   const std::string seeds = seeds_text();
-  return full_name() + (seeds.empty() ? "" : " (" + seeds + ")");
+  return seeds.empty() ? name : name + " (" + seeds + ")";
+}
+
+std::string CompareRow::name() const {
+  return with_seeds(full_name());
+}
+
+std::optional<std::size_t> Comparison::column(std::string_view metric) const {
+  const auto found =
+      std::find_if(columns.begin(), columns.end(), [&](const Column& one) { return one.metric == metric; });
+  if (found == columns.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - columns.begin());
 }
 
 const MetricInfo* Comparison::info(std::string_view metric) const {
@@ -511,6 +522,10 @@ bool is_compared(const Comparison& comparison, std::size_t row) {
   const CompareRow& other = comparison.rows[mine.against];
   const bool is_method_alone = mine.unlike.empty() && other.unlike.empty();
   return mine.against != row && is_method_alone && !(mine.never_touches() && other.never_touches());
+}
+
+const Anova* shown_anova(const Comparison& comparison, const CompareRow& row) {
+  return row.one_step_anova && judged_seeds(comparison, row) >= fewest_seeds ? &*row.one_step_anova : nullptr;
 }
 
 std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row) {

@@ -60,7 +60,9 @@ struct CompareRow {
   [[nodiscard]] std::string seeds_text() const;
   /// `wall_off`, `wall kalman`: the graph, and the configuration where there is one.
   [[nodiscard]] std::string full_name() const;
-  /// The name in tables: the full name, and the seeds that are there where some are not.
+  /// `name`, and the seeds that are there where some are not.
+  [[nodiscard]] std::string with_seeds(const std::string& name) const;
+  /// The name in tables: the full name, with_seeds.
   [[nodiscard]] std::string name() const;
 };
 
@@ -72,6 +74,8 @@ struct Comparison {
   std::vector<std::string> further_warnings{};  ///< what makes it doubtful beside what comparison_warnings finds
   std::vector<std::string> where{};             ///< sentences on where the runs were made
 
+  /// The index of the column that shows this metric; absent where there is none.
+  [[nodiscard]] std::optional<std::size_t> column(std::string_view metric) const;
   /// The declaration of a metric, or null.
   [[nodiscard]] const MetricInfo* info(std::string_view metric) const;
 };
@@ -124,6 +128,8 @@ std::string word_of(RunStatus status);
 /// alone.
 bool is_compared(const Comparison& comparison, std::size_t row);
 
+/// The ANOVA of the row as tables show it: from `fewest_seeds` on, like all statistics; null where there is none.
+const Anova* shown_anova(const Comparison& comparison, const CompareRow& row);
 /// Of how many seeds the row and what it is compared with are both done.
 std::size_t judged_seeds(const Comparison& comparison, const CompareRow& row);
 /// `9 of 10 seeds`.
