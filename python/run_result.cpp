@@ -11,7 +11,6 @@
 
 #include "app/output.hpp"
 #include "app/report/run_report.hpp"
-#include "app/report/scene_picture.hpp"
 #include "app/results_folder.hpp"
 #include "app/run/live.hpp"
 #include "app/run/run.hpp"
@@ -44,9 +43,7 @@ struct FinishedRun {
   std::string folder;     ///< of the results, or empty
   std::string recording;  ///< or empty
 
-  [[nodiscard]] std::string html() const {
-    return run_report(result, scene_figure(scene, "The scene as the run begins."));
-  }
+  [[nodiscard]] std::string html() const { return run_report(result, &scene); }
 };
 
 struct RunRequest {
@@ -111,6 +108,7 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
       options.recording = results->path() / "recording.h5";
     }
     options.keeps_tables = true;
+    options.traces = true;
     options.cache_folder = default_cache_folder();
     options.note = [&](const std::string& note) { made->notes.push_back(note); };
     options.progress = [&](double, const char*) { return signals.go_on(); };

@@ -7,8 +7,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <nlohmann/json.hpp>
-#include <sstream>
 #include <string_view>
 
 #include "app/command_output.hpp"
@@ -33,20 +31,34 @@ std::string quoted(const std::string& text) {
 
 constexpr std::chrono::seconds longest_drawing{30};  // a chart takes a tenth of a second
 constexpr std::size_t most_picture_bytes = std::size_t{64} << 20U;
-/// What a line of gnuplot's standard error begins with that is for us.
-constexpr std::string_view frame_mark = "frame ";
+constexpr double pixels_per_mm = 96 / 25.4;
 
-enum class Format { svg, png };
+/// A picture in pixels of 1/96 inch.
+struct Sheet {
+  PictureFormat format = PictureFormat::svg;
+  int width = 0, height = 0;
+  double font = 13;    ///< pixels
+  bool paper = false;  ///< names stand above the curves, and a title below a picture is the paper's
+};
 
 /// The first line of a script.
-std::string terminal(Format format, int width, int height) {
-  if (format == Format::svg) {
-    return fmt::format("set terminal svg size {},{} noenhanced font 'sans-serif,13' background '#ffffff'\n", width,
-                       height);
+std::string terminal(const Sheet& sheet) {
+  switch (sheet.format) {
+    case PictureFormat::svg:
+      return fmt::format("set terminal svg size {},{} noenhanced font 'sans-serif,{:.4g}' background '#ffffff'\n",
+                         sheet.width, sheet.height, sheet.font);
+    case PictureFormat::png:
+      return fmt::format(
+          "set terminal pngcairo size {},{} noenhanced font 'sans-serif,{:.4g}' fontscale 2 linewidth 2 pointscale 2\n",
+          2 * sheet.width, 2 * sheet.height, sheet.font);
+    case PictureFormat::pdf: {
+      // It cuts a size to whole points.
+      const auto inches = [](int pixels) { return (std::round(pixels * 0.75) + 0.01) / 72; };
+      return fmt::format("set terminal pdfcairo size {:.6g}in,{:.6g}in noenhanced font 'sans-serif,{:.4g}'\n",
+                         inches(sheet.width), inches(sheet.height), sheet.font * 0.75);
+    }
   }
-  return fmt::format(
-      "set terminal pngcairo size {},{} noenhanced font 'sans-serif,13' fontscale 2 linewidth 2 pointscale 2\n",
-      2 * width, 2 * height);
+  TACTOR_DEMAND(false);
 }
 
 constexpr const char* style =
@@ -73,13 +85,6 @@ std::string curve_style(const Curve& curve) {
   return fmt::format("with {} linewidth {} linecolor rgb \"{}\"{}", curve.steps ? "steps" : "lines", curve.width,
                      curve.color, curve.dash > 0 ? fmt::format(" dashtype {}", curve.dash + 1) : "");
 }
-
-/// What gnuplot makes of a script.
-struct Picture {
-  std::string bytes;
-  std::string frames;     ///< where the charts are, see print_frame
-  bool is_drawn = false;  ///< else the bytes say why there is none
-};
 
 /// What stands in a page where a chart would: the tables count more.
 std::string no_chart(int width, const std::string& why) {
@@ -109,14 +114,21 @@ std::vector<std::string> environment_of_gnuplot() {
   return entries;
 }
 
-bool is_whole_picture(const std::string& bytes, Format format) {
+bool is_whole_picture(const std::string& bytes, PictureFormat format) {
   using namespace std::string_view_literals;
-  if (format == Format::svg) return bytes.find("<svg") != std::string::npos && trimmed(bytes).ends_with("</svg>");
-  return bytes.starts_with("\x89PNG\r\n"sv) && bytes.ends_with("IEND\xae\x42\x60\x82"sv);
+  switch (format) {
+    case PictureFormat::svg:
+      return bytes.find("<svg") != std::string::npos && trimmed(bytes).ends_with("</svg>");
+    case PictureFormat::png:
+      return bytes.starts_with("\x89PNG\r\n"sv) && bytes.ends_with("IEND\xae\x42\x60\x82"sv);
+    case PictureFormat::pdf:
+      return bytes.starts_with("%PDF-") && trimmed(bytes).ends_with("%%EOF");
+  }
+  TACTOR_DEMAND(false);
 }
 
 /// Why there is no picture; empty where there is one.
-std::string why_none(const CommandResult& result, Format format) {
+std::string why_none(const CommandResult& result, PictureFormat format) {
   switch (result.end) {
     case CommandEnd::exited:
       if (result.code != 0) {
@@ -139,7 +151,7 @@ std::string why_none(const CommandResult& result, Format format) {
 
 /// Runs the script behind its first lines. A report without its charts is better than none, so that whatever keeps
 /// gnuplot from drawing them is a note.
-Picture gnuplot(const std::string& script_text, Format format, int width, int height) {
+std::string gnuplot(const std::string& script_text, const Sheet& sheet) {
   static const auto note = once(tell_note);
   static std::string too_slow;  // each chart would wait for it again
   std::string why = too_slow;
@@ -148,28 +160,24 @@ Picture gnuplot(const std::string& script_text, Format format, int width, int he
     try {
       // As a file its input is read in blocks; as what a person types it would be read by single bytes.
       result = run_command({.words = {"gnuplot", "--default-settings", "/dev/stdin"},
-                            .input = terminal(format, width, height) + style + script_text,
+                            .input = terminal(sheet) + style + script_text,
                             .environment = environment_of_gnuplot(),
                             .longest = longest_drawing,
                             .most_bytes = most_picture_bytes});
-      why = why_none(result, format);
+      why = why_none(result, sheet.format);
       if (result.end == CommandEnd::too_slow) too_slow = why;
     } catch (const RunError& error) {
       why = "gnuplot cannot be started: " + one_line(error.what());
     }
   }
+  const bool svg = sheet.format == PictureFormat::svg;
   if (!why.empty()) {
     note("no chart: " + why);
-    return {format == Format::svg ? no_chart(width, why) : std::string(), {}, false};
+    return svg ? no_chart(sheet.width, why) : std::string();
   }
   // Only the element itself goes into a page.
-  if (format == Format::svg) result.out.erase(0, result.out.find("<svg"));
-  Picture picture{std::move(result.out), {}, true};
-  std::istringstream lines(result.err);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with(frame_mark)) picture.frames += line.substr(frame_mark.size()) + "\n";
-  }
-  return picture;
+  if (svg) result.out.erase(0, result.out.find("<svg"));
+  return std::move(result.out);
 }
 
 /// Where a logarithmic axis from low to high has tics: at powers of ten, at 1, 2 and 5, or where it is short at equal
@@ -269,31 +277,31 @@ bool has_key(const Chart& chart, int height) {
   return static_cast<int>(named_curves(chart)) * key_line <= height;
 }
 
-/// Prints the frame of the chart just drawn: left, right, bottom and top in pixels from below, then the values there.
-constexpr const char* print_frame =
-    "print sprintf('frame %.9g %.9g %.9g %.9g %.9g %.9g %.9g %.9g', GPVAL_TERM_XMIN, GPVAL_TERM_XMAX, GPVAL_TERM_YMIN, "
-    "GPVAL_TERM_YMAX, GPVAL_X_MIN, GPVAL_X_MAX, GPVAL_Y_MIN, GPVAL_Y_MAX)\n";
+std::string margins_and_key(const std::vector<Chart>& charts, const Sheet& sheet) {
+  if (sheet.paper) return "set key above horizontal Left reverse samplen 2.5\nset lmargin 9\nset rmargin 2\n";
+  return fmt::format("set key outside right top vertical Left reverse\nset lmargin 13\nset rmargin {}\n",
+                     margin_of_key(charts, sheet.width));
+}
 
-/// `width` and `height`: of each chart, in pixels.
-std::string script_of(const std::vector<Chart>& charts, int width, int height) {
+std::string script_of(const std::vector<Chart>& charts, const Sheet& sheet) {
   std::string script =
-      "set grid linecolor rgb '#dddddd' linewidth 0.6\nset key outside right top vertical Left reverse\n"
-      "set errorbars 0\n"
-      "set lmargin 13\n";
-  script += fmt::format("set rmargin {}\n", margin_of_key(charts, width));
+      "set grid linecolor rgb '#dddddd' linewidth 0.6\nset errorbars 0\n" + margins_and_key(charts, sheet);
   script += fmt::format("set multiplot layout {},1\n", charts.size());
+  const int height = sheet.height / static_cast<int>(std::max<std::size_t>(1, charts.size()));
   for (const Chart& chart : charts) {
-    script += "set title " + quoted(chart.title) + "\nset xlabel " + quoted(chart.x_label) + "\nset ylabel " +
-              quoted(chart.y_label) + "\n";
-    script += has_key(chart, height) ? "set key on\n" : "set key off\n";
+    // Charts under each other that share an axis name it once.
+    const bool named = &chart == &charts.back() || chart.x_label != (&chart + 1)->x_label;
+    const bool titled = !sheet.paper || charts.size() > 1;
+    script += "set title " + quoted(titled ? chart.title : "") + "\nset xlabel " + quoted(named ? chart.x_label : "") +
+              "\nset ylabel " + quoted(chart.y_label) + "\n";
+    script += sheet.paper || has_key(chart, height) ? "set key on\n" : "set key off\n";
     script += chart.log_x ? "set logscale x\n" : "unset logscale x\n";
     script += chart.log_y ? "set logscale y\n" : "unset logscale y\n";
     bool drawn = false;
     script += ranges(chart, drawn) + "set xtics autofreq\nset ytics autofreq\n";
     if (!drawn) {
       script +=
-          "set label 1 'no values' at graph 0.5,0.5 center textcolor rgb '#555555'\nplot NaN notitle\nunset label 1\n"
-          "print 'frame no values'\n";
+          "set label 1 'no values' at graph 0.5,0.5 center textcolor rgb '#555555'\nplot NaN notitle\nunset label 1\n";
       continue;
     }
     if (chart.close) {
@@ -324,38 +332,9 @@ std::string script_of(const std::vector<Chart>& charts, int width, int height) {
                           quoted(curve.name), curve_style(curve));
       ++block;
     }
-    script += plot + "\n" + print_frame;
+    script += plot + "\n";
   }
   return script + "unset multiplot\n";
-}
-
-/// What a page's script must know to draw the charts itself; the curves it reads from the picture. Empty where they
-/// have marks that it cannot draw.
-std::string for_script(const std::vector<Chart>& charts, const std::string& frames) {
-  nlohmann::json list = nlohmann::json::array();
-  std::istringstream lines(frames);
-  for (const Chart& chart : charts) {
-    if (chart.close) return {};
-    nlohmann::json one{{"title", chart.title}, {"x", chart.x_label}, {"y", chart.y_label}};
-    one["log"] = {chart.log_x, chart.log_y};
-    std::string line;
-    std::getline(lines, line);
-    std::istringstream numbers(line);
-    std::array<double, 8> frame{};
-    for (double& number : frame) numbers >> number;
-    if (numbers) one["frame"] = frame;  // a chart without values has none
-    one["curves"] = nlohmann::json::array();
-    for (const Curve& curve : chart.curves) {
-      if (curve.ring || curve.cross) return {};
-      nlohmann::json& drawn = one["curves"].emplace_back();
-      drawn = {{"name", curve.name}, {"color", curve.color}};
-      if (curve.points || !curve.x_low.empty()) drawn["mark"] = curve.mark;
-      if (curve.hollow) drawn["hollow"] = true;
-      if (curve.dash > 0) drawn["dash"] = curve.dash;
-    }
-    list.push_back(std::move(one));
-  }
-  return list.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 std::string tics(const char* axis, const std::vector<std::string>& names, const char* more) {
@@ -365,14 +344,15 @@ std::string tics(const char* axis, const std::vector<std::string>& names, const 
   return fmt::format("set {} {} ({})\n", axis, more, list);
 }
 
-std::string script_of(const CellMap& map) {
-  std::string script =
-      "set key at graph 1.03,1 left top vertical Left reverse\nset rmargin 28\nset bmargin 7\nunset grid\n";
+std::string script_of(const CellMap& map, const Sheet& sheet) {
+  std::string script = sheet.paper ? "set key above horizontal Left reverse\nset rmargin 2\n"
+                                   : "set key at graph 1.03,1 left top vertical Left reverse\nset rmargin 28\n";
+  script += "set bmargin 7\nunset grid\n";
   std::size_t widest = 0;
   for (const std::string& name : map.y) widest = std::max(widest, name.size());
   script += fmt::format("set lmargin {}\n", widest + 8);
-  script += "set title " + quoted(map.title) + "\nset xlabel " + quoted(map.x_label) + "\nset ylabel " +
-            quoted(map.y_label) + "\n";
+  script += "set title " + quoted(sheet.paper ? "" : map.title) + "\nset xlabel " + quoted(map.x_label) +
+            "\nset ylabel " + quoted(map.y_label) + "\n";
   script += fmt::format("set xrange [-0.5:{}]\nset yrange [-0.5:{}]\n", static_cast<double>(map.x.size()) - 0.5,
                         static_cast<double>(map.y.size()) - 0.5);
   script += tics("xtics", map.x, "rotate by -30") + tics("ytics", map.y, "");
@@ -406,6 +386,45 @@ std::string script_of(const CellMap& map) {
   return script + letters + "EOD\n" + plot + ", $letters using 1:2:3 with labels textcolor rgb '#222222' notitle\n";
 }
 
+/// How bright a colour is in grey, 0 to 1, by ITU-R BT.601.
+double brightness(const std::string& color) {
+  const auto part = [&](std::size_t at) { return std::stoi(color.substr(at, 2), nullptr, 16) / 255.0; };
+  return 0.299 * part(1) + 0.587 * part(3) + 0.114 * part(5);
+}
+
+bool is_line(const Curve& curve) {
+  return !curve.points && !curve.joined && !curve.ring && !curve.cross && curve.x_low.empty();
+}
+
+std::vector<Chart> apart_in_grey(std::vector<Chart> charts) {
+  constexpr double alike = 0.15;
+  for (Chart& chart : charts) {
+    for (auto curve = chart.curves.begin(); curve != chart.curves.end(); ++curve) {
+      if (!is_line(*curve)) continue;
+      const auto looks_like = [&](const Curve& other) {
+        return is_line(other) && other.dash == curve->dash &&
+               std::abs(brightness(other.color) - brightness(curve->color)) < alike;
+      };
+      while (std::any_of(chart.curves.begin(), curve, looks_like)) ++curve->dash;
+    }
+  }
+  return charts;
+}
+
+/// What the names above the curves take of the height, beyond a first line of them.
+double height_of_names_mm(const std::vector<Chart>& charts, double width_mm) {
+  constexpr double character_mm = 1.75, sample_mm = 9, line_mm = 3.6;
+  double height = 0;
+  for (const Chart& chart : charts) {
+    std::size_t longest = 0;
+    for (const Curve& curve : chart.curves) longest = std::max(longest, curve.name.size());
+    const double each_mm = sample_mm + character_mm * static_cast<double>(longest);
+    const double in_line = std::max(1.0, std::floor((width_mm - 20) / each_mm));
+    height += line_mm * std::max(0.0, std::ceil(static_cast<double>(named_curves(chart)) / in_line) - 1);
+  }
+  return height;
+}
+
 }  // namespace
 
 std::size_t named_curves(const Chart& chart) {
@@ -419,28 +438,27 @@ std::string series_color(std::size_t index) {
   return colors[index % colors.size()];
 }
 
-std::string draw_svg(const std::vector<Chart>& charts, int width, int height) {
-  return gnuplot(script_of(charts, width, height), Format::svg, width, height * static_cast<int>(charts.size())).bytes;
+std::string draw(const Drawing& drawing, PictureFormat format, int width, int height) {
+  Sheet sheet{format, width, height};
+  if (const auto* map = std::get_if<CellMap>(&drawing)) return gnuplot(script_of(*map, sheet), sheet);
+  const auto& charts = std::get<std::vector<Chart>>(drawing);
+  sheet.height *= static_cast<int>(charts.size());
+  return gnuplot(script_of(charts, sheet), sheet);
 }
 
-std::string chart_figure(const std::vector<Chart>& charts, int width, int height) {
-  Picture picture =
-      gnuplot(script_of(charts, width, height), Format::svg, width, height * static_cast<int>(charts.size()));
-  const std::string data = picture.is_drawn ? for_script(charts, picture.frames) : std::string();
-  if (!data.empty()) picture.bytes.insert(4, " data-charts=\"" + escape(data) + "\"");
-  return figure(picture.bytes);
-}
-
-std::string draw_png(const std::vector<Chart>& charts, int width, int height) {
-  return gnuplot(script_of(charts, width, height), Format::png, width, height * static_cast<int>(charts.size())).bytes;
-}
-
-std::string draw_map_svg(const CellMap& map, int width, int height) {
-  return gnuplot(script_of(map), Format::svg, width, height).bytes;
-}
-
-std::string draw_map_png(const CellMap& map, int width, int height) {
-  return gnuplot(script_of(map), Format::png, width, height).bytes;
+std::string draw_for_paper(const Drawing& drawing, PictureFormat format, PaperWidth width) {
+  const bool narrow = width == PaperWidth::one_column;
+  const double width_mm = narrow ? 84 : 174;
+  const auto pixels = [](double mm) { return static_cast<int>(std::lround(mm * pixels_per_mm)); };
+  Sheet sheet{format, pixels(width_mm), 0, 8 * 96 / 72.0, true};
+  if (const auto* map = std::get_if<CellMap>(&drawing)) {
+    sheet.height = pixels(60 + 7 * static_cast<double>(map->y.size()));
+    return gnuplot(script_of(*map, sheet), sheet);
+  }
+  const std::vector<Chart> charts = apart_in_grey(std::get<std::vector<Chart>>(drawing));
+  const double height_mm = charts.size() > 1 ? (narrow ? 38 : 45) : (narrow ? 55 : 75);
+  sheet.height = pixels(static_cast<double>(charts.size()) * height_mm + height_of_names_mm(charts, width_mm));
+  return gnuplot(script_of(charts, sheet), sheet);
 }
 
 }  // namespace tactor

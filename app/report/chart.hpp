@@ -1,10 +1,11 @@
-// Line charts as self-contained SVG, drawn by gnuplot.
+// Line charts and maps of cells, drawn by gnuplot.
 #pragma once
 
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 namespace tactor {
@@ -40,20 +41,12 @@ struct Chart {
   bool log_x = false;
   bool log_y = false;
   bool close = false;  ///< logarithmic axes end near the data, marked at 1, 2 and 5, instead of at powers of ten
+  std::string name{};  ///< by which `tactor export --figure` finds it
 };
 
 /// How many names the chart's key has.
 std::size_t named_curves(const Chart& chart);
 inline constexpr int key_line = 24;  ///< pixels of a chart's height for each of them
-
-// Where gnuplot cannot draw a chart, an SVG says why in its place, a PNG is empty, and a note goes to standard error.
-
-/// The charts under each other, `width` by `height` pixels each.
-std::string draw_svg(const std::vector<Chart>& charts, int width, int height);
-/// The same as a figure of a page. Where the page may run its script, curves can be hidden and zoomed.
-std::string chart_figure(const std::vector<Chart>& charts, int width, int height);
-/// The same as the bytes of a PNG file, with twice the pixels each way.
-std::string draw_png(const std::vector<Chart>& charts, int width, int height);
 
 /// A kind of cell of a map.
 struct CellKind {
@@ -69,9 +62,23 @@ struct CellMap {
   std::vector<CellKind> kinds;
   std::vector<std::vector<int>> kind;                         ///< [row][column], an index into `kinds`; -1: no cell
   std::optional<std::pair<std::size_t, std::size_t>> framed;  ///< column and row of a cell with a frame round it
+  std::string name{};                                         ///< by which `tactor export --figure` finds it
 };
-std::string draw_map_svg(const CellMap& map, int width, int height);
-std::string draw_map_png(const CellMap& map, int width, int height);
+
+/// What gnuplot draws: charts under each other, or a map.
+using Drawing = std::variant<std::vector<Chart>, CellMap>;
+
+enum class PictureFormat { svg, png, pdf };
+
+enum class PaperWidth { one_column, two_columns };
+
+// Where gnuplot cannot draw, an SVG says why in its place, the others are empty, and a note goes to standard error.
+
+/// For a page: `width` by `height` pixels a chart; a PNG has twice the pixels each way.
+std::string draw(const Drawing& drawing, PictureFormat format, int width, int height);
+/// For a paper: 84 mm or 174 mm wide, fonts of 8 points, which a PDF embeds, and the names above the curves.
+/// Lines of colours that are alike in grey differ in their dashes.
+std::string draw_for_paper(const Drawing& drawing, PictureFormat format, PaperWidth width);
 
 /// Colours that stay apart for colour-blind readers (Okabe and Ito), by index; they repeat after `series_colors`.
 inline constexpr std::size_t series_colors = 7;

@@ -55,10 +55,6 @@ std::string folded(const std::string& summary, const std::string& html) {
   return html.empty() ? html : fmt::format("<details><summary>{}</summary>\n{}</details>\n", summary, html);
 }
 
-std::string figure(const std::string& svg) {
-  return "<figure>" + svg + "</figure>\n";
-}
-
 namespace {
 /// HTML without its elements, for an attribute.
 std::string without_elements(const std::string& html) {
@@ -96,7 +92,7 @@ std::string HtmlTable::html() const {
 }
 
 std::string page(const std::string& title, const std::string& body) {
-  const bool charts = body.find("data-charts=") != std::string::npos;
+  const bool charts = body.find("<figure><svg") != std::string::npos;
   return fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
       "content=\"width=device-width, initial-scale=1\">\n<title>{0}</title>\n<style>\n{1}</style></head><body>\n"

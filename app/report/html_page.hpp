@@ -26,9 +26,6 @@ std::string defined(const std::string& html, const MetricInfo* metric);
 /// A part of a page that is folded until it is asked for; empty where `html` is.
 std::string folded(const std::string& summary, const std::string& html);
 
-/// A picture on a light card, which stays readable on a dark page.
-std::string figure(const std::string& svg);
-
 /// A table whose rows become blocks on a narrow screen. All texts are HTML.
 class HtmlTable {
  public:

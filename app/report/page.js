@@ -1,7 +1,5 @@
-// Draws the charts anew at the window's width, with curves that can be hidden and zoomed. It reads the curves from gnuplot's
-// picture, which stays where no script runs.
-(() => {
-'use strict';
+// Draws the charts anew at the window's width, with curves that can be hidden and zoomed. Where no script runs, gnuplot's picture
+// stays. figure_files.js stands before it.
 const SHAPES = ['M-4,0a4,4 0 1 0 8,0a4,4 0 1 0 -8,0z', 'M-3.6,-3.6h7.2v7.2h-7.2z', 'M0,-5l4.6,8h-9.2z', 'M0,-5l5,5l-5,5l-5,-5z',
   'M0,5l4.6,-8h-9.2z', 'M0,-5l5,4l-2,5h-6l-2,-5z', 'M-5,0h10M0,-5v10', 'M-5,0h10M0,-5v10M-3,-3l6,6M3,-3l-6,6'];
 const DASHES = ['none', '5 4', '2 3', '8 3 2 3'];
@@ -18,23 +16,25 @@ function add(parent, name, attributes, text = '') {
 const color = ({color: c}) => '--color:' + (c === '#000000' ? 'var(--ink)' : /^#(..)\1\1$/.test(c) ? 'var(--soft)' : c);
 
 // Gives each curve its points: lists of [x, y], of logarithms where the axis is logarithmic.
-function read(svg, chart, letter) {
-  const [left, right, bottom, top, ...ends] = chart.frame, height = svg.viewBox.baseVal.height;
-  const [x0, x1, y0, y1] = ends.map((v, i) => chart.log[i >> 1] ? Math.log10(v) : v);
-  chart.x_all = [x0, x1];
-  chart.y_all = [y0, y1];
-  const points = text => Array.from(text.matchAll(/(-?[\d.]+),(-?[\d.]+)/g), ([, x, y]) => [
-    x0 + (x - left) / (right - left) * (x1 - x0), y0 + (height - y - bottom) / (top - bottom) * (y1 - y0)]);
-  chart.curves.forEach((curve, k) => {
-    const group = svg.querySelector(`[id=gnuplot_plot_${k + 1}${letter}]`);
-    // The samples of gnuplot's key are right of the frame.
-    const end = x1 + 0.01 * (x1 - x0);
-    const of = element => [...group ? group.querySelectorAll(element) : []].flatMap(
-      one => (one.getAttribute('d') || one.getAttribute('transform')).split('M')).map(points).filter(part => part.length && part.every(p => p[0] < end));
-    curve.lines = of('path');
-    curve.marks = 'mark' in curve ? of('use') : [];
-    curve.parts = curve.lines.concat(curve.marks);
-  });
+function read(chart, lists) {
+  const scale = k => v => chart.log[k] ? v > 0 ? Math.log10(v) : NaN : v ?? NaN, [X, Y] = [scale(0), scale(1)];
+  const known = points => points.filter(p => isFinite(p[0]) && isFinite(p[1]));
+  for (const curve of chart.curves) {
+    curve.x = lists[curve.x];
+    const bars = curve.x_low, points = known(curve.x.map((x, i) => [X(x), Y(curve.y[i])]));
+    curve.has_marks = curve.points || curve.joined || bars;
+    curve.mark ??= 0;
+    const steps = points.flatMap((p, i) => i && curve.steps ? [[p[0], points[i - 1][1]], p] : [p]);
+    curve.lines = curve.points || bars ? [] : [steps];
+    if (bars) curve.x.forEach((x, i) => curve.lines.push(known([[X(bars[i]), Y(curve.y[i])], [X(curve.x_high[i]), Y(curve.y[i])]]),
+      known([[X(x), Y(curve.y_low[i])], [X(x), Y(curve.y_high[i])]])));
+    curve.marks = curve.has_marks ? points.map(p => [p]) : [];
+    curve.parts = curve.lines.concat(curve.marks).filter(part => part.length);
+  }
+  const all = chart.curves.flatMap(curve => curve.parts.flat()).map(p => p[0]);
+  const low = all.reduce((a, b) => Math.min(a, b), Infinity), high = all.reduce((a, b) => Math.max(a, b), -Infinity);
+  const margin = 0.03 * (high - low) || 0.1, [from, to] = (chart.range || []).map(X);
+  chart.x_all = from < to ? [from, to] : [low - margin, high + margin];
 }
 
 // Where an axis has ticks: [place, text].
@@ -57,15 +57,31 @@ const within = (points, [low, high]) => points.filter((p, i) => {
   return Math.max(...x) >= low && Math.min(...x) <= high;
 });
 
+const shown = chart => chart.curves.filter(curve => !curve.hidden);
+
 // The range of y that shows all visible curves.
 function fitted(chart, range) {
   let low = Infinity, high = -Infinity;
-  for (const part of chart.curves.filter(curve => !curve.hidden).flatMap(curve => curve.parts)) {
+  for (const part of shown(chart).flatMap(curve => curve.parts)) {
     for (const [, y] of within(part, range)) [low, high] = [Math.min(low, y), Math.max(high, y)];
   }
-  if (low > high) return chart.y_all;
+  if (low > high) return [0, 1];
   const margin = 0.05 * (high - low) || 0.05 * Math.abs(high) || 1;
   return [low - margin, high + margin];
+}
+
+function add_mark(parent, curve, at) {
+  add(parent, 'path', {class: curve.hollow ? 'mark hollow' : 'mark', style: color(curve), d: SHAPES[curve.mark % 8], transform: `translate(${at})`});
+}
+
+function add_line(parent, curve, d) {
+  add(parent, 'path', {class: 'line', style: color(curve), d, 'stroke-dasharray': DASHES[curve.dash % 4 || 0]});
+}
+
+// What stands before a curve's name.
+function add_sample(parent, curve, x, y) {
+  if (curve.lines.length && !curve.x_low) add_line(parent, curve, `M${x},${y}h22`);
+  if (curve.has_marks) add_mark(parent, curve, `${x + 11},${y}`);
 }
 
 function draw(chart) {
@@ -90,12 +106,11 @@ function draw(chart) {
   add(svg, 'text', {transform: `translate(11,${TOP + h / 2})rotate(-90)`, 'text-anchor': 'middle'}, chart.y);
   // The inner picture cuts off what is outside of the frame.
   const plot = add(svg, 'svg', {x: LEFT, y: TOP, width: w, height: h, viewBox: `${LEFT} ${TOP} ${w} ${h}`});
-  for (const curve of chart.curves.filter(curve => !curve.hidden)) {
-    const style = color(curve);
+  for (const curve of shown(chart)) {
     const placed = parts => parts.map(part => within(part, range).map(p => X(p[0]) + ',' + Y(p[1]))).filter(part => part.length);
     const d = placed(curve.lines).map(part => 'M' + part.join('L')).join('');
-    if (d) add(plot, 'path', {class: 'line', style, d, 'stroke-dasharray': DASHES[curve.dash % 4 || 0]});
-    for (const [at] of placed(curve.marks)) add(plot, 'path', {class: curve.hollow ? 'mark hollow' : 'mark', style, d: SHAPES[curve.mark % 8], transform: `translate(${at})`});
+    if (d) add_line(plot, curve, d);
+    for (const [at] of placed(curve.marks)) add_mark(plot, curve, at);
   }
   add(svg, 'rect', {class: 'frame', x: LEFT, y: TOP, width: w, height: h});
 }
@@ -150,8 +165,8 @@ function build(figure, chart) {
   const key = add(box, 'div', {class: 'key'});
   for (const curve of chart.curves.filter(curve => curve.name && curve.parts.length)) {
     const button = add(key, 'button', {'aria-pressed': true});
-    add(button, 'i', {style: color(curve), class: 'mark' in curve ? 'mark' : curve.dash ? 'line dashed' : 'line'},
-      'mark' in curve ? (curve.hollow ? '○□△◇▽⬠✚✱' : '●■▲◆▼⬟✚✱')[curve.mark % 8] : '');
+    add(button, 'i', {style: color(curve), class: curve.has_marks ? 'mark' : curve.dash ? 'line dashed' : 'line'},
+      curve.has_marks ? (curve.hollow ? '○□△◇▽⬠✚✱' : '●■▲◆▼⬟✚✱')[curve.mark % 8] : '');
     button.append(curve.name);
     button.onclick = () => {
       button.setAttribute('aria-pressed', !!curve.hidden);
@@ -161,21 +176,28 @@ function build(figure, chart) {
   }
   chart.back = add(key, 'button', {}, 'show the whole range');
   chart.back.onclick = () => zoom(chart, null);
+  add_buttons(key, chart.name, () => picture_of(chart), () => table([{...chart, curves: shown(chart)}]));
   listen(chart);
 }
 
 const charts = [];
-for (const picture of document.querySelectorAll('svg[data-charts]')) {
-  const mine = JSON.parse(picture.dataset.charts), together = {x: null, charts: mine};
-  if (!mine.every(chart => chart.frame)) continue;  // one has no values
-  mine.forEach((chart, i) => {
+for (const data of document.querySelectorAll('figure > script')) {
+  const figure = data.parentNode, picture = figure.querySelector('svg'), {x, charts: mine, map} = JSON.parse(data.textContent);
+  // It draws neither maps, nor rings and crosses.
+  if (map || mine.some(chart => chart.close || chart.curves.some(curve => curve.ring || curve.cross))) {
+    for (const chart of mine || []) read(chart, x);
+    add_buttons(add(figure, 'div', {class: 'files'}), (map || mine[0]).name, () => picture.cloneNode(true), () => map ? map_table(map) : table(mine));
+    continue;
+  }
+  const together = {x: null, charts: mine};
+  for (const chart of mine) {
     chart.height = picture.viewBox.baseVal.height / mine.length;
-    read(picture, chart, String.fromCharCode(97 + i));
-  });
+    read(chart, x);
+  }
   const alike = mine.every(chart => chart.x_all + '' + chart.log[0] === mine[0].x_all + '' + mine[0].log[0]);
   for (const chart of mine) {
     chart.view = alike ? together : {x: null, charts: [chart]};
-    build(picture.parentNode, chart);
+    build(figure, chart);
   }
   picture.remove();
   charts.push(...mine);
@@ -190,4 +212,3 @@ addEventListener('resize', () => {
   if (innerWidth !== width) charts.forEach(draw);  // on phones, scrolling changes the height alone
   width = innerWidth;
 });
-})();

@@ -3,21 +3,75 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <map>
+
+#include "app/run/envelope.hpp"
+#include "framework/core/perception.hpp"
+#include "framework/realtime/safety_gate.hpp"
 
 namespace tactor {
 
-Curve thinned(const Series& series, std::string name, std::string color, std::size_t most) {
-  Curve curve;
-  curve.name = std::move(name);
-  curve.color = std::move(color);
-  const std::size_t step = std::max<std::size_t>(1, series.time.size() / most);
-  for (std::size_t i = 0; i < series.time.size(); i += step) {
-    curve.x.push_back(series.time[i]);
-    curve.y.push_back(series.value[i]);
+namespace {
+
+constexpr const char* reference_color = "#555555";
+
+std::pair<double, double> whole_of(const RunResult& run) {
+  return {0, run.duration_s};
+}
+
+/// One curve a device, by its name where there are several.
+template <class Of>
+std::vector<Curve> curves_of_devices(const RunResult& run, const Of& of, const std::string& name) {
+  std::vector<Curve> curves;
+  for (const DeviceTrace& device : run.trace.devices) {
+    const Series& series = of(device);
+    if (series.time.empty()) continue;
+    curves.push_back(
+        {run.trace.devices.size() > 1 ? device.device : name, series.time, series.value, series_color(curves.size())});
   }
-  return curve;
+  return curves;
+}
+
+Chart gate_over_time(const RunResult& run) {
+  Chart chart{"Safety gate: part of the force that it lets through", "time s", "", {}, whole_of(run)};
+  chart.name = "gate";
+  chart.curves = curves_of_devices(run, std::mem_fn(&DeviceTrace::gate), "");
+  std::map<SafetyCause, Curve> causes;
+  for (const DeviceTrace& device : run.trace.devices) {
+    for (const GateEvent& event : device.events) {
+      Curve& marks = causes[event.cause];
+      marks.x.push_back(event.time_s);
+      marks.y.push_back(0);
+    }
+  }
+  for (auto& [cause, marks] : causes) {
+    marks.name = name_of(cause);
+    marks.points = true;
+    marks.mark = chart.curves.size();
+    marks.color = series_color(chart.curves.size());
+    chart.curves.push_back(std::move(marks));
+  }
+  return chart;
+}
+
+bool shows_gate(const RunResult& run) {
+  return std::any_of(run.trace.devices.begin(), run.trace.devices.end(), [&run](const DeviceTrace& device) {
+    return !device.gate.time.empty() && (run.live || !device.events.empty());
+  });
+}
+
+}  // namespace
+
+Curve thinned(const Series& series, std::string name, std::string color) {
+  constexpr std::size_t pieces = 1750;
+  Envelope envelope(pieces);
+  for (std::size_t i = 0; i < series.time.size(); ++i) envelope.add(series.time[i], series.value[i]);
+  Series kept = envelope.series({}, {});
+  return {std::move(name), std::move(kept.time), std::move(kept.value), std::move(color)};
 }
 
 Curve cut(const Series& series, std::string name, std::string color, std::pair<double, double> range) {
@@ -78,37 +132,71 @@ std::string liveliest_axis(const RunResult& run, std::pair<double, double> range
   return best;
 }
 
-std::vector<Chart> four_rows(const RunResult& run) {
-  std::vector<Chart> charts;
-  const std::pair<double, double> range{0, run.duration_s};
-  Chart force{"Force on the device", "", "N", {}, range};
-  if (const Series* s = run.curve("reference.norm")) {
-    force.curves.push_back(thinned(*s, "reference", "#555555"));
-  }
+std::optional<Chart> force_over_time(const RunResult& run, const std::string& color) {
+  Chart chart{"Force on the device", "time s", "N", {}, whole_of(run)};
+  chart.name = "force";
+  if (const Series* s = run.curve("reference.norm")) chart.curves.push_back(thinned(*s, "reference", reference_color));
   if (const Series* s = run.curve("commanded.norm")) {
-    force.curves.push_back(thinned(*s, "commanded", series_color(0)));
+    chart.curves.push_back(thinned(*s, "commanded", color));
+  } else {
+    chart.curves = curves_of_devices(run, std::mem_fn(&DeviceTrace::force), "commanded");
   }
-  if (!force.curves.empty()) charts.push_back(std::move(force));
-  struct Row {
-    const char* series;
-    const char* title;
-    const char* unit;
-    bool steps;
+  if (chart.curves.empty()) return std::nullopt;
+  return chart;
+}
+
+std::optional<Chart> error_over_time(const RunResult& run, const std::string& color) {
+  std::array<const Series*, 3> commanded{}, reference{};
+  std::size_t axis = 0;
+  for (const char* name : {"x", "y", "z"}) {
+    commanded[axis] = run.curve(std::string("commanded.") + name);
+    reference[axis] = run.curve(std::string("reference.") + name);
+    if (commanded[axis] == nullptr || reference[axis] == nullptr) return std::nullopt;
+    ++axis;
+  }
+  Series error{"error", "N", commanded[0]->time, {}}, noticed{"noticed", "N", commanded[0]->time, {}};
+  for (std::size_t i = 0; i < error.time.size(); ++i) {
+    const auto at = [i](const std::array<const Series*, 3>& of) {
+      return Vec3{of[0]->value[i], of[1]->value[i], of[2]->value[i]};
+    };
+    error.value.push_back(norm(at(commanded) - at(reference)));
+    noticed.value.push_back(force_jnd(norm(at(reference))));
+  }
+  Chart chart{"Error of the force", "time s", "N", {}, whole_of(run)};
+  chart.name = "error";
+  if (const double from = run.metric("judged.from_s"); from < run.duration_s) chart.x_range->first = from;
+  chart.curves = {thinned(noticed, "what a hand notices", "#888888"), thinned(error, "error", color)};
+  chart.curves.front().dash = 1;
+  return chart;
+}
+
+std::vector<Chart> run_rows(const RunResult& run, const std::string& color) {
+  std::vector<Chart> charts;
+  const auto add = [&](const char* name, const char* title, const char* unit, std::vector<Curve> curves, bool steps) {
+    if (curves.empty() || curves.front().x.empty()) return;
+    Chart& chart = charts.emplace_back(Chart{title, "time s", unit, std::move(curves), whole_of(run)});
+    chart.name = name;
+    chart.curves.front().steps = steps;
   };
-  for (const Row& row : {Row{"displacement", "Device displacement", "m", false}, Row{"contacts", "Contacts", "", true},
-                         Row{"physics_rate", "Physics rate", "Hz", true}}) {
-    const Series* s = run.curve(row.series);
-    if (s == nullptr || s->time.empty()) continue;
-    Chart chart{row.title, "", row.unit, {thinned(*s, "", series_color(0))}, range};
-    chart.curves.front().steps = row.steps;
-    charts.push_back(std::move(chart));
+  const auto of_series = [&run](const char* name) {
+    const Series* s = run.curve(name);
+    return s == nullptr ? std::vector<Curve>{} : std::vector<Curve>{thinned(*s, "", series_color(0))};
+  };
+  if (run.live || run.curve("reference.norm") == nullptr) {
+    if (std::optional<Chart> force = force_over_time(run, color)) charts.push_back(std::move(*force));
   }
-  if (!charts.empty()) charts.back().x_label = "time s";
+  std::vector<Curve> displacement = of_series("displacement");
+  if (displacement.empty()) displacement = curves_of_devices(run, std::mem_fn(&DeviceTrace::displacement), "");
+  add("displacement", "Device displacement", "m", std::move(displacement), false);
+  if (shows_gate(run)) charts.push_back(gate_over_time(run));
+  add("contacts", "Contacts", "", of_series("contacts"), true);
+  add("physics_rate", "Physics rate", "Hz", of_series("physics_rate"), true);
   return charts;
 }
 
 Chart zoom_on(const RunResult& run, std::pair<double, double> range, const std::string& axis) {
-  Chart chart{fmt::format("150 ms, force along {}", axis), "time s", "N", {}, range};
+  Chart chart{fmt::format("The 150 ms in which the force moves most: along {}", axis), "time s", "N", {}, range};
+  chart.name = "zoom";
   if (const Series* s = run.curve("reference." + axis)) {
     chart.curves.push_back(cut(*s, "reference", "#000000", range));
     chart.curves.back().dash = 1;

@@ -1,7 +1,7 @@
 // Curves and charts of a run: what reports of one run and of several share.
 #pragma once
 
-#include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,8 +11,8 @@
 
 namespace tactor {
 
-/// Every k-th value, so that a long curve stays light; k keeps about `most` of them.
-Curve thinned(const Series& series, std::string name, std::string color, std::size_t most = 3500);
+/// At most about 3,500 of its values, with the least and the largest of each piece (see Envelope).
+Curve thinned(const Series& series, std::string name, std::string color);
 
 /// What of it is in `range`, s.
 Curve cut(const Series& series, std::string name, std::string color, std::pair<double, double> range);
@@ -23,8 +23,17 @@ std::pair<double, double> liveliest_window(const RunResult& run);
 /// The axis on which the commanded force varies most in `range`: the one to look at in a zoom.
 std::string liveliest_axis(const RunResult& run, std::pair<double, double> range);
 
-/// Force, displacement, contacts and physics rate over the whole run.
-std::vector<Chart> four_rows(const RunResult& run);
+/// The force over the whole run, of each device where no node judges it; no chart where nothing tells it.
+std::optional<Chart> force_over_time(const RunResult& run, const std::string& color);
+
+/// The norm of the delivered force's error in the interval that is judged, and what a hand notices at the reference's
+/// force; no chart without a reference.
+std::optional<Chart> error_over_time(const RunResult& run, const std::string& color);
+
+/// Displacement, safety gate, contacts and physics rate over the whole run, of what the run tells; above them the
+/// force of a live run, and of one without a reference. The gate is there where the run was live or something kept the
+/// force out.
+std::vector<Chart> run_rows(const RunResult& run, const std::string& color);
 
 /// The force along `axis` in `range`, with the reference alone as yet.
 Chart zoom_on(const RunResult& run, std::pair<double, double> range, const std::string& axis);

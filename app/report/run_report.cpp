@@ -2,9 +2,14 @@
 
 #include <fmt/format.h>
 
-#include "app/report/chart.hpp"
+#include <algorithm>
+#include <optional>
+
+#include "app/report/figure.hpp"
 #include "app/report/html_page.hpp"
+#include "app/report/method_style.hpp"
 #include "app/report/run_curves.hpp"
+#include "app/report/scene_picture.hpp"
 #include "app/run/headline.hpp"
 #include "app/run/summary.hpp"
 
@@ -45,21 +50,69 @@ std::string edge_table(const RunResult& run) {
   return table.html();
 }
 
-/// The headline as sentences: how the run ended, then what each of its lines tells.
+std::string capitalised(std::string text) {
+  if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
+  return text;
+}
+
+/// How the run ended, as a sentence.
 std::string verdict(const RunResult& run) {
-  const auto capitalised = [](std::string text) {
-    if (!text.empty() && text[0] >= 'a' && text[0] <= 'z') text[0] = static_cast<char>(text[0] - 'a' + 'A');
-    return text;
-  };
-  std::string sentences;
-  for (const HeadlineLine& line : headline(run)) {
-    if (sentences.empty()) {
-      sentences = "<b>" + escape(capitalised(line.text)) + ".</b>";
-    } else {
-      sentences += fmt::format(" {}: {}.", defined(capitalised(line.name), run.info(line.metric)), escape(line.text));
-    }
+  return "<p class=\"verdict\"><b>" + escape(capitalised(headline(run).front().text)) + ".</b></p>\n";
+}
+
+/// What else is told in a few words: a row a line of the headline.
+std::string headline_table(const RunResult& run) {
+  HtmlTable table({"", ""});
+  const std::vector<HeadlineLine> lines = headline(run);
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    table.add({defined(capitalised(lines[i].name), run.info(lines[i].metric)), escape(lines[i].text)});
   }
-  return "<p class=\"verdict\">" + sentences + "</p>\n";
+  return table.html();
+}
+
+/// Why there is no chart of the error, where nothing else on the page says so.
+std::string why_no_error(const RunResult& run) {
+  if (run.reference.made || run.reference_interrupted || run.failure || run.force_was_withheld()) return {};
+  return "<p class=\"sub\">No error is shown: nothing in the graph asks for a reference, as a node sink.metrics "
+         "does.</p>\n";
+}
+
+std::string rows_figure(const RunResult& run, const std::string& color) {
+  const std::vector<Chart> rows = run_rows(run, color);
+  return rows.empty() ? std::string() : "<h2>The run</h2>\n" + chart_figure(rows, 1160, 210);
+}
+
+/// Error and force over time, beside each other; all rows of the run where there is no error.
+std::string first_charts(const RunResult& run, const std::string& color) {
+  constexpr int half_width = 580, height = 330;
+  const std::optional<Chart> error = error_over_time(run, color), force = force_over_time(run, color);
+  if (!error) return why_no_error(run) + rows_figure(run, color);
+  return "<div class=\"pair\">\n" + chart_figure({*error}, half_width, height) +
+         chart_figure({*force}, half_width, height) + "</div>\n";
+}
+
+/// The scene at the largest force; at the begin where there was none, or where it is not known how it was then.
+std::string picture(const RunResult& run, const Scene& scene) {
+  const std::vector<std::size_t> moving = scene.moving();
+  if (!run.trace.largest || run.trace.largest->X_WB.empty()) return scene_figure(scene, "The scene as the run begins.");
+  const LargestForce& largest = *run.trace.largest;
+  Scene then = scene;
+  for (std::size_t i = 0; i < std::min(moving.size(), largest.X_WB.size()); ++i)
+    then.bodies[moving[i]].X_WB = largest.X_WB[i];
+  std::string caption = fmt::format("The scene at the largest force, {} N at {} s; the arrow is the force on the hand.",
+                                    pretty(norm(largest.force_W)), pretty(largest.time_s));
+  if (!scene.deformable().empty()) caption += " Deformable bodies are drawn as the run begins.";
+  return scene_figure(then, caption, largest.force_W);
+}
+
+std::string zoom_figure(const RunResult& run, const std::string& color) {
+  const std::pair<double, double> range = liveliest_window(run);
+  const std::string axis = liveliest_axis(run, range);
+  Chart zoom = zoom_on(run, range, axis);
+  if (const Series* s = run.curve("commanded." + axis)) zoom.curves.push_back(cut(*s, "commanded", color, range));
+  if (zoom.curves.empty()) return {};
+  zoom.curves.push_back(arrivals(run, range, axis));
+  return chart_figure({zoom}, 1160, 360);
 }
 
 }  // namespace
@@ -77,12 +130,13 @@ std::string chosen_and_left_out(const RunResult& run) {
   return "<ul>" + items + "</ul>\n";
 }
 
-std::string run_report(const RunResult& run, const std::string& scene) {
+std::string run_report(const RunResult& run, const Scene* scene) {
+  const std::string color = method_styles({run.graph}).front().color;
   const std::string time = run.live ? "live" : fmt::format("of virtual time in {} s", pretty(run.wall_s));
-  std::string body = verdict(run);
-  body += fmt::format("<p class=\"sub\">{}{}seed {}, {} s {}, {} MB, tactor {}</p>\n", escape(run.title),
-                      run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s), time,
-                      pretty(run.peak_memory_MB), TACTOR_VERSION);
+  std::string body = fmt::format("<p class=\"sub\">{}{}seed {}, {} s {}, {} MB, tactor {}</p>\n", escape(run.title),
+                                 run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s), time,
+                                 pretty(run.peak_memory_MB), TACTOR_VERSION);
+  body += verdict(run);
   if (run.failure) body += "<p class=\"bad\">The run has failed: " + escape(*run.failure) + "</p>\n";
   if (run.interrupted && !run.live) {
     body +=
@@ -92,23 +146,15 @@ std::string run_report(const RunResult& run, const std::string& scene) {
     body += "<p>The run was ended early.</p>\n";
   }
   for (const std::string& text : warnings_of(run)) body += "<p class=\"bad\">" + escape(text) + "</p>\n";
-  body += scene;
-  const std::vector<Chart> rows = four_rows(run);
-  if (!rows.empty()) body += "<h2>The run</h2>\n" + chart_figure(rows, 1160, 210);
-  const std::pair<double, double> range = liveliest_window(run);
-  const std::string axis = liveliest_axis(run, range);
-  Chart zoom = zoom_on(run, range, axis);
-  if (const Series* s = run.curve("commanded." + axis))
-    zoom.curves.push_back(cut(*s, "commanded", series_color(0), range));
-  if (!zoom.curves.empty()) {
-    zoom.curves.push_back(arrivals(run, range, axis));
-    body += "<h2>Zoom</h2>\n" + chart_figure({zoom}, 1160, 360);
-  }
-  body += "<h2>Metrics</h2>\n" + metrics_table(run);
-  body += "<h2>Run time</h2>\n<p>CPU time of each step on one core.</p>\n" + cost_table(run);
-  body += "<h2>Edges</h2>\n" + edge_table(run);
-  body += "<h2>Chosen and left out</h2>\n" + chosen_and_left_out(run);
-  body += "<h2>Graph, resolved</h2>\n<pre>" + escape(run.graph_yaml) + "</pre>\n";
+  body += first_charts(run, color) + "<div class=\"pair\">\n" + headline_table(run) +
+          (scene == nullptr ? std::string() : picture(run, *scene)) + "</div>\n";
+  body += zoom_figure(run, color);
+  if (error_over_time(run, color)) body += rows_figure(run, color);
+  body += folded("All metrics", metrics_table(run));
+  body += folded("Run time", "<p>CPU time of each step on one core.</p>\n" + cost_table(run));
+  body += folded("Edges", edge_table(run));
+  body += folded("Chosen and left out", chosen_and_left_out(run));
+  body += folded("Graph, resolved", "<pre>" + escape(run.graph_yaml) + "</pre>\n");
   return page(run.graph, body);
 }
 

@@ -7,8 +7,9 @@
 
 namespace tactor {
 
-/// The report of one run: the four rows of the paper's figures, a zoom, and every figure. `scene`: see scene_figure.
-std::string run_report(const RunResult& run, const std::string& scene = {});
+/// The report of one run: error and force over time, what a hand notices, the scene at the largest force, a zoom, the
+/// rows of the paper's figures, and every metric. Null: without the scene.
+std::string run_report(const RunResult& run, const Scene* scene = nullptr);
 
 /// What stood for others and what was left out, as an HTML list.
 std::string chosen_and_left_out(const RunResult& run);

@@ -24,7 +24,8 @@ struct Rgb {
   double r = 0, g = 0, b = 0;
 };
 
-constexpr Rgb fixed_body{169, 182, 196}, moving_body{134, 168, 200}, tool_body{224, 160, 48}, plane_body{223, 228, 232};
+constexpr Rgb fixed_body{169, 182, 196}, moving_body{134, 168, 200}, tool_body{224, 160, 48}, plane_body{223, 228, 232},
+    force_arrow{190, 20, 70};
 /// Samples of a pixel, each way.
 constexpr int fineness = 2;
 constexpr int around = 64;        // parts of a circle
@@ -221,7 +222,7 @@ void paint(Canvas& canvas, const Frame& frame, const Painted& body) {
   }
 }
 
-/// Planes, as large as the bodies above them: each a square below their middle.
+/// Planes, several times as large as the bodies above them: each a square below their middle.
 void add_planes(const Scene& scene, std::vector<Painted>& painted) {
   Vec3 low, high;
   bool first = true;
@@ -237,10 +238,29 @@ void add_planes(const Scene& scene, std::vector<Painted>& painted) {
     if (!std::holds_alternative<PlaneShape>(body.shape)) continue;
     Vec3 below = transform(inverse(body.X_WB), middle);
     below.z = 0;
-    TriangleMesh square = square_mesh(2 * norm(high - low));
+    TriangleMesh square = square_mesh(6 * norm(high - low));
     for (Vec3& vertex : square.vertices) vertex = transform(body.X_WB, below + vertex);
     painted.push_back({std::move(square), plane_body});
   }
+}
+
+/// An arrow along `force_W` from the tool's place, a quarter as long as the bodies are large together.
+Painted arrow_of(const Vec3& p_WT, const Vec3& force_W, const std::vector<Painted>& painted) {
+  Vec3 low = p_WT, high = p_WT;
+  for (const Painted& body : painted) {
+    for (const Vec3& p : body.mesh.vertices) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    }
+  }
+  const double length = 0.25 * norm(high - low);
+  TriangleMesh mesh = turned({{0, 0}, {0.025, 0}, {0.025, 0.75}, {0.07, 0.75}, {0, 1}});
+  const Vec3 z = (1 / norm(force_W)) * force_W;
+  const Vec3 other = std::abs(z.x) < 0.8 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  const Vec3 x = (1 / norm(cross(other, z))) * cross(other, z);
+  const Vec3 y = cross(z, x);
+  for (Vec3& p : mesh.vertices) p = p_WT + length * (p.x * x + p.y * y + p.z * z);
+  return {std::move(mesh), force_arrow};
 }
 
 void add_big_endian(std::string& bytes, std::uint32_t value) {
@@ -274,20 +294,29 @@ std::string png_of(int width, int height, const std::string& rows) {
 
 }  // namespace
 
-std::string scene_png(const Scene& scene, int width, int height) {
+std::string scene_png(const Scene& scene, int width, int height, const std::optional<Vec3>& force_W) {
   std::vector<Painted> painted = painted_bodies(scene);
   if (painted.empty()) return {};
+  std::optional<Painted> arrow;
+  if (force_W && scene.tool() != nullptr && norm(*force_W) > 0) {
+    arrow = arrow_of(scene.tool()->X_WB.p, *force_W, painted);
+    painted.push_back(*arrow);  // inside of the frame
+  }
   const Frame frame = frame_of(painted, scene.camera, width, height);
   add_planes(scene, painted);
   Canvas canvas(width, height);
   for (const Painted& body : painted) paint(canvas, frame, body);
+  if (arrow) {
+    for (Vec3& p : arrow->mesh.vertices) p = p + 1e3 * frame.axes.toward;  // nearer than any body
+    paint(canvas, frame, *arrow);
+  }
   return png_of(width, height, canvas.rows());
 }
 
-std::string scene_figure(const Scene& scene, const std::string& caption) {
+std::string scene_figure(const Scene& scene, const std::string& caption, const std::optional<Vec3>& force_W) {
   constexpr int width = 480, height = 300;
   try {
-    const std::string png = scene_png(scene, width, height);
+    const std::string png = scene_png(scene, width, height, force_W);
     if (png.empty()) return {};
     return "<figure class=\"scene\"><img alt=\"The bodies of the scene\" src=\"data:image/png;base64," + base64(png) +
            "\"><figcaption>" + caption + "</figcaption></figure>\n";

@@ -198,7 +198,27 @@ class Watched {
   RunWatcher* watcher_;
 };
 
-void run_virtual(Session& session, const RunOptions& options, RunResult& result) {
+/// Follows a session where the options ask for it. Ended before the session.
+class Traced {
+ public:
+  Traced(Session& session, const RunOptions& options) {
+    if (options.traces) tracer_.emplace(session);
+  }
+  void attend() {
+    if (tracer_) tracer_->attend();
+  }
+  void finish(RunResult& result) {
+    if (!tracer_) return;
+    tracer_->attend();
+    result.trace = tracer_->trace();
+    tracer_.reset();
+  }
+
+ private:
+  std::optional<RunTracer> tracer_;
+};
+
+void run_virtual(Session& session, Traced& traced, const RunOptions& options, RunResult& result) {
   constexpr Duration slice{10'000'000};
   const double planned = session.plan().graph.duration.seconds();
   double asked = clock_seconds(CLOCK_MONOTONIC);
@@ -206,6 +226,7 @@ void run_virtual(Session& session, const RunOptions& options, RunResult& result)
   session.start();
   while (session.is_running()) {
     session.advance(slice);
+    traced.attend();
     watched.attend();
     const double wall = clock_seconds(CLOCK_MONOTONIC);
     if (wall - asked < 0.1 || !options.progress) continue;
@@ -228,12 +249,14 @@ void execute_virtual(const Plan& plan, const RunOptions& options, const std::opt
     const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
     if (recorder) record(session, *recorder);
     if (options.before_start) options.before_start(session);
+    Traced traced(session, options);
     const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
     const double wall = clock_seconds(CLOCK_MONOTONIC);
-    attempt(result, [&] { run_virtual(session, options, result); });
+    attempt(result, [&] { run_virtual(session, traced, options, result); });
     if (recorder) attempt(result, [&] { recorder->close(); });
     result.cpu_s = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
     result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
+    traced.finish(result);
   }
   result.duration_s = session.now().seconds();
   add_statistics(session, result);
@@ -242,13 +265,15 @@ void execute_virtual(const Plan& plan, const RunOptions& options, const std::opt
 
 /// Goes on until the run has ended, lets the watcher attend fifty times a second, and asks ten times a second whether
 /// to go on.
-void run_live(Session& session, Follower* follower, Watched& watched, const RunOptions& options, RunResult& result) {
+void run_live(Session& session, Follower* follower, Watched& watched, Traced& traced, const RunOptions& options,
+              RunResult& result) {
   constexpr Duration attend_period{20'000'000};
   constexpr int attends_per_question = 5;
   LiveWatch watch(session, follower);
   session.start();
   for (int attended = 1; session.is_running(); ++attended) {
     session.advance(attend_period);
+    traced.attend();
     watched.attend();
     if (attended % attends_per_question != 0 || !session.is_running() || !options.live_progress) continue;
     try {
@@ -283,12 +308,13 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   if (options.before_start) options.before_start(session);
   std::optional<Watched> watched;
   watched.emplace(options.watcher, session, follower.get());
+  Traced traced(session, options);
   if (follower) follower->start();
   const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
   const double wall = clock_seconds(CLOCK_MONOTONIC);
   session.stop_when(options.stop_asked);
   try {
-    run_live(session, follower.get(), *watched, options, result);
+    run_live(session, follower.get(), *watched, traced, options, result);
   } catch (...) {
     // Nothing has run, because of a device that is not there, say: no recording without a message stays behind.
     if (recorder) {
@@ -305,6 +331,7 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
     follower->finish(follower_patience);
     result.follower = follower->figures();
   }
+  traced.finish(result);
   watched.reset();
   follower.reset();
   result.abandoned = session.is_abandoned();

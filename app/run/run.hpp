@@ -10,6 +10,7 @@
 #include "app/run/live_look.hpp"
 #include "app/run/no_force.hpp"
 #include "app/run/run_metrics.hpp"
+#include "app/run/run_trace.hpp"
 #include "framework/engine/live/live_status.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/reference.hpp"
@@ -70,6 +71,7 @@ struct RunResult {
   std::vector<std::pair<std::string, double>> metrics;  ///< by dotted name
   MetricMap declared;                                   ///< what the run may report, reported or not
   std::vector<Series> series;
+  RunTrace trace;                    ///< empty unless the options ask for it
   std::vector<std::string> remarks;  ///< of the nodes, in words
   std::vector<NodeCost> nodes;
   std::vector<EdgeResult> edges;
@@ -117,6 +119,7 @@ struct RunOptions {
   std::optional<Time> judge_from;
   bool judge_whole = false;        ///< the run is judged from its start, warm or not
   bool without_reference = false;  ///< no reference run: the metrics that need one are left out
+  bool traces = false;             ///< the result has what a page shows of its devices
   bool keeps_step_times = false;   ///< the result has what each step took
   bool keeps_tables = false;       ///< nodes may write files of their own (see SessionOptions)
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.

@@ -73,8 +73,8 @@ void add_meshes(Candidates& found) {
 
 /// What a value of one kind of value_types.hpp may be.
 void add_values_of(const std::string& kind, Candidates& found) {
-  if (kind == value_type::folder) found.folders = true;
-  if (kind == value_type::file || kind == value_type::recording) found.files = true;
+  if (kind == value_type::folder || kind == value_type::results) found.folders = true;
+  if (kind == value_type::results || kind == value_type::file || kind == value_type::recording) found.files = true;
   if (kind == value_type::mesh) add_meshes(found);
   if (kind == value_type::node_type) add_node_types(found);
   if (kind == value_type::message_type) add_message_types(found);

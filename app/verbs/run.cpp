@@ -11,7 +11,6 @@
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
 #include "app/report/run_report.hpp"
-#include "app/report/scene_picture.hpp"
 #include "app/results_folder.hpp"
 #include "app/run/cost_traces.hpp"
 #include "app/run/headline.hpp"
@@ -51,8 +50,7 @@ void write_results(const fs::path& folder, const Plan& plan, const RunResult& re
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
   if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
-  write_file(folder / "report.html",
-             run_report(result, scene_figure(plan.graph.scene, "The scene as the run begins.")));
+  write_file(folder / "report.html", run_report(result, &plan.graph.scene));
   // Last, because the terminal may have been closed.
   const std::size_t columns = terminal_columns();
   fmt::print("{}", headline_text(result, (folder / "report.html").string(), all, columns));
@@ -71,6 +69,7 @@ int run_graph(const RunArguments& arguments) {
   run_options.keeps_step_times = costs.has_value();
   run_options.recording = folder / "recording.h5";
   run_options.keeps_tables = true;
+  run_options.traces = true;
   run_options.cache_folder = default_cache_folder();
   run_options.note = tell_note;
   run_options.before_writing = [&results] { results.clear(); };

@@ -9,6 +9,7 @@ inline constexpr const char* study = "STUDY";                ///< a study file, 
 inline constexpr const char* method = "METHOD";              ///< a file that is laid over a graph, or a shipped one
 inline constexpr const char* mesh = "MESH";                  ///< a mesh file, or the name of a shipped one
 inline constexpr const char* recording = "RECORDING";        ///< an HDF5 file
+inline constexpr const char* results = "RESULT";             ///< a folder of results, or its page
 inline constexpr const char* node_type = "NODE_TYPE";        ///< `prediction.ar`
 inline constexpr const char* message_type = "MESSAGE_TYPE";  ///< `Wrench`
 inline constexpr const char* file = "FILE";

@@ -92,7 +92,12 @@ class Result:
 
     @property
     def series(self) -> Dict[str, Messages]:
-        """The curves of the report, by name: structured arrays of `time` (s) and `value`, with `.units`."""
+        """The curves of the run, by name: structured arrays of `time` (s) and `value`, with `.units`.
+
+        `commanded.x`, `.y`, `.z` and `.norm` (N), `reference.x` to `.norm`, `torque.commanded.x` to
+        `torque.reference.norm` (N m), `physics.x`, `.y`, `.z` (N, on arrival), `physics_rate` (Hz), `contacts` (1),
+        `displacement` (m) and `one_step_error` (N), of those that the run has. Forces act on the hand, in W.
+        """
         return {name: curve(name, unit, time, value) for name, (unit, time, value) in self._result.series.items()}
 
     @property

@@ -12,12 +12,18 @@ BOOST_AUTO_TEST_SUITE(chart_test)
 
 using namespace tactor;
 
+namespace {
+std::string svg_of(const std::vector<Chart>& charts) {
+  return draw(charts, PictureFormat::svg, 400, 200);
+}
+}  // namespace
+
 BOOST_AUTO_TEST_CASE(a_name_in_backticks_is_drawn_and_not_run) {
   const std::filesystem::path trace = std::filesystem::temp_directory_path() / "tactor-chart-test-trace";
   std::filesystem::remove(trace);
   Chart chart{"it's \"a\" \\ title", "", "N", {}, {}};
   chart.curves.push_back({"`touch " + trace.string() + "`", {0, 1}, {0, 1}, series_color(0)});
-  const std::string svg = draw_svg({chart}, 400, 200);
+  const std::string svg = svg_of({chart});
   BOOST_TEST(!std::filesystem::exists(trace));
   BOOST_TEST(svg.find("`touch ") != std::string::npos);
   BOOST_TEST(svg.find("it's \"a\" \\ title") != std::string::npos);
@@ -45,31 +51,26 @@ BOOST_AUTO_TEST_CASE(a_chart_without_a_value_or_with_one_alone_is_drawn) {
         chart.close = (axes & 4) != 0;
         if (chart.log_x && range && !(range->first > 0)) continue;  // nobody asks for it
         Chart whole{"", "", "N", {{"c", {0, 1}, {0, 1}, series_color(0)}}, {}};
-        const std::string svg = draw_svg({chart, whole}, 400, 200);
+        const std::string svg = svg_of({chart, whole});
         BOOST_TEST(svg.find("</svg>") != std::string::npos);
       }
     }
   }
   const Chart empty{"", "", "N", {}, {}};
-  BOOST_TEST(draw_svg({empty}, 400, 200).find("no values") != std::string::npos);
+  BOOST_TEST(svg_of({empty}).find("no values") != std::string::npos);
 }
 
-BOOST_AUTO_TEST_CASE(a_figure_tells_the_script_of_the_page_where_its_axes_are) {
-  Chart chart{"t", "x", "y", {{"<a>", {1, 10}, {2, 4}, series_color(0)}, {"", {1}, {3}, series_color(1), true}}, {}};
-  chart.log_x = true;
-  const std::string figure = chart_figure({chart}, 400, 200);
-  BOOST_TEST(figure.find("<svg data-charts=\"[{&quot;curves&quot;:[{&quot;color&quot;:&quot;#0072B2&quot;,"
-                         "&quot;name&quot;:&quot;&lt;a&gt;&quot;}") != std::string::npos);
-  BOOST_TEST(figure.find("1.0,10.0,2.0,4.0]") != std::string::npos);  // the ends of the axes, behind the frame's places
-  BOOST_TEST(figure.find("&quot;log&quot;:[true,false]") != std::string::npos);
-  // A curve with bars has marks too.
-  chart.curves.front().x_low = chart.curves.front().x_high = chart.curves.front().x;
-  chart.curves.front().y_low = chart.curves.front().y_high = chart.curves.front().y;
-  BOOST_TEST(chart_figure({chart}, 400, 200).find("&quot;mark&quot;:0,&quot;name&quot;:&quot;&lt;a&gt;&quot;}") !=
-             std::string::npos);
-  // The script cannot draw rings, so gnuplot's picture stays.
-  chart.curves.front().ring = true;
-  BOOST_TEST(chart_figure({chart}, 400, 200).find("data-charts") == std::string::npos);
+BOOST_AUTO_TEST_CASE(each_format_is_drawn_for_a_page_and_for_a_paper) {
+  const std::vector<Chart> charts{{"t", "x", "y", {{"a", {0, 1}, {0, 1}}}, {}}};
+  const CellMap map{"t", "x", "y", {"1"}, {"2"}, {{"stable", "#ffffff", "S"}}, {{0}}, {}};
+  for (const auto& [format, begin] :
+       {std::pair{PictureFormat::svg, "<svg"}, {PictureFormat::png, "\x89PNG"}, {PictureFormat::pdf, "%PDF-"}}) {
+    for (const Drawing& drawing : {Drawing(charts), Drawing(map)}) {
+      BOOST_TEST(draw(drawing, format, 400, 200).starts_with(begin));
+      for (const PaperWidth width : {PaperWidth::one_column, PaperWidth::two_columns})
+        BOOST_TEST(draw_for_paper(drawing, format, width).starts_with(begin));
+    }
+  }
 }
 
 BOOST_AUTO_TEST_SUITE_END()

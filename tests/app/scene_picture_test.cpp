@@ -134,6 +134,32 @@ BOOST_AUTO_TEST_CASE(a_plane_lies_behind_and_a_scene_of_nothing_else_has_no_pict
   BOOST_TEST(scene_figure(scene_of({}), "nothing").empty());
 }
 
+BOOST_AUTO_TEST_CASE(an_arrow_shows_the_force_on_the_tool_over_all_bodies) {
+  const Scene scene = scene_of(
+      {body_of(SphereShape{0.01}, {0, 0.02, 0}), body_of(SphereShape{0.01}, {0, -0.02, 0}, Motion::translation)});
+  const auto is_arrow = [](const Picture& picture, std::size_t x, std::size_t y) {
+    return picture.at(x, y, 3) > 200 && picture.at(x, y, 0) > 60 && picture.at(x, y, 1) < 60;
+  };
+  const auto reach = [&](const Vec3& force_W) {
+    const Picture picture = read_png(scene_png(scene, 300, 150, force_W));
+    std::pair<std::size_t, std::size_t> ends{picture.width, 0};
+    for (std::size_t y = 0; y < picture.height; ++y) {
+      for (std::size_t x = 0; x < picture.width; ++x) {
+        if (is_arrow(picture, x, y)) ends = {std::min(ends.first, x), std::max(ends.second, x)};
+      }
+    }
+    return ends;
+  };
+  // +y is right; the tool is left, at about 80 of 300 pixels.
+  const auto right = reach({0, 2, 0}), left = reach({0, -0.1, 0});
+  BOOST_TEST(right.second > right.first + 30);
+  BOOST_TEST(right.first < 100U);
+  BOOST_TEST(right.second > 100U);
+  BOOST_TEST(left.second < 100U);
+  // None without a force.
+  BOOST_TEST(reach({}).second == 0U);
+}
+
 BOOST_AUTO_TEST_CASE(a_figure_holds_the_picture_and_its_caption_and_a_lost_mesh_is_said) {
   const Scene scene = scene_of({body_of(SphereShape{0.01}, {})});
   const std::string html = scene_figure(scene, "A <b>ball</b>.");

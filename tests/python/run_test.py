@@ -110,6 +110,20 @@ class Runs(PackageTest):
         self.assertIn("<html", result.report)
         self.assertIn("device.faults", result.table(100))
 
+    def test_the_curves_are_those_that_the_help_names(self):
+        vectors = {f"{name}.{axis}" for name in ("commanded", "reference") for axis in ("x", "y", "z", "norm")}
+        others = {"physics.x", "physics.y", "physics.z", "physics_rate", "contacts", "displacement", "one_step_error"}
+        result = tactor.run(WALL, duration="1 s")
+        self.assertEqual(set(result.series), vectors | others)
+        told = type(result).series.__doc__
+        for name in vectors | others:
+            self.assertIn(name if name in others and "physics." not in name else name.rpartition(".")[0], told)
+        # A force that the device was told has a norm, and stands beside the reference's.
+        force, reference = result.series["commanded.norm"], result.series["reference.norm"]
+        parts = [result.series[f"commanded.{axis}"]["value"] for axis in "xyz"]
+        numpy.testing.assert_allclose(force["value"], numpy.sqrt(sum(part**2 for part in parts)), atol=1e-12)
+        numpy.testing.assert_array_equal(force["time"], reference["time"])
+
 
 class Own(PackageTest):
     def test_the_command_sets_a_node_to_a_class_of_a_file(self):

@@ -142,8 +142,9 @@ class Includes(unittest.TestCase):
             # A study by its steps: what it says, what is to be run, the runs, their table, what is told of it.
             "app/study/spec": ("framework", "app/study/spec"),
             "app/study/plan": ("framework", "app/study/spec", "app/study/plan"),
-            "app/study/table": ("framework", "app/run", "app/report", "app/interruption.hpp", "app/results_folder.hpp", "app/statistics.hpp",
-                                "app/study/spec", "app/study/plan", "app/study/table"),
+            "app/study/table": ("framework", "app/run", "app/report", "app/csv_cell.hpp", "app/interruption.hpp",
+                                "app/output.hpp", "app/results_folder.hpp", "app/statistics.hpp", "app/study/spec", "app/study/plan",
+                                "app/study/table"),
             "app/study/run": ("framework", "app/run", "app/output.hpp", "app/progress_bar.hpp", "app/statistics.hpp",
                               "app/study/spec", "app/study/plan", "app/study/table", "app/study/run"),
             "app/study/report": ("framework", "app/run", "app/report", "app/output.hpp", "app/statistics.hpp", "app/study/spec",

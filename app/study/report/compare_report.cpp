@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/report/chart.hpp"
+#include "app/report/figure.hpp"
 #include "app/report/html_page.hpp"
 #include "app/report/method_style.hpp"
 #include "app/report/run_curves.hpp"
@@ -216,6 +217,7 @@ std::pair<double, double> bar_of(const OverSeeds& value, const AxisRange& axis) 
 /// The error of each method over what it costs, and the front that none is below.
 Chart error_against_run_time(const Comparison& comparison, const PageRows& shown) {
   Chart chart{"Error against run time", "run time: CPU ms per simulated second", "RMS error, N", {}, {}};
+  chart.name = "error_over_run_time";
   std::vector<OverSeeds> times, errors;
   std::vector<double> ranked_times, ranked_errors;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
@@ -273,6 +275,7 @@ Chart error_against_run_time(const Comparison& comparison, const PageRows& shown
 Chart error_against_smoothness(const Comparison& comparison, const PageRows& shown) {
   Chart chart{"Error against smoothness, a mark a seed", "RMS second difference N/ms²", "RMS error, N", {}, {}};
   chart.log_x = true;
+  chart.name = "error_over_smoothness";
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     const CompareRow& row = comparison.rows[i];
     const std::vector<double> x = row.done(row.metric("delivered.force.rms_d2_N_per_ms2", comparison.columns));
@@ -307,6 +310,7 @@ std::optional<ForceCharts> force_charts(const Comparison& comparison, const Page
                       "N",
                       {},
                       std::pair<double, double>{0, first.duration_s}}};
+  charts.whole.name = "force";
   if (const Series* s = first.curve("reference.norm"))
     charts.whole.curves.push_back(thinned(*s, "reference", "#555555"));
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
@@ -321,7 +325,7 @@ std::optional<ForceCharts> force_charts(const Comparison& comparison, const Page
       charts.whole.curves.back().width = 1.0;
     }
   }
-  charts.zoom.title = fmt::format("The 150 ms in which the force moves most: along {}, seed {}", axis, first.seed);
+  charts.zoom.title += fmt::format(", seed {}", first.seed);
   charts.zoom.curves.push_back(arrivals(first, range, axis));
   return charts;
 }
@@ -335,8 +339,12 @@ std::string run_details(const Comparison& comparison, const PageRows& shown) {
   std::string html;
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     const RunResult& run = comparison.rows[i].runs.front();
-    const std::vector<Chart> charts = four_rows(run);
+    std::vector<Chart> charts = run_rows(run, shown.styles[i].color);
+    for (auto&& first : {error_over_time(run, shown.styles[i].color), force_over_time(run, shown.styles[i].color)}) {
+      if (first) charts.insert(charts.begin(), *first);
+    }
     if (charts.empty()) continue;
+    for (Chart& chart : charts) chart.name = shown.names[i] + "/" + chart.name;
     html += folded(
         "The run of " + breakable(shown.names[i]),
         chart_figure(charts, 1160, 190) + "<p>Chosen and left out in this graph:</p>\n" + chosen_and_left_out(run));

@@ -11,9 +11,9 @@
 
 #include "app/output.hpp"
 #include "app/report/chart.hpp"
+#include "app/report/figure.hpp"
 #include "app/report/html_page.hpp"
 #include "app/report/run_report.hpp"
-#include "app/report/scene_picture.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/report/report_parts.hpp"
@@ -134,7 +134,8 @@ std::vector<std::string> names_of(const StudyAxis& axis) {
 }
 
 CellMap drawing_of(const StabilityMaps& maps, const StabilityMap& map) {
-  CellMap drawing{map_name(map), maps.x.name, maps.y.name, names_of(maps.x), names_of(maps.y), kinds(), {}, {}};
+  CellMap drawing{map_name(map), maps.x.name, maps.y.name, names_of(maps.x), names_of(maps.y),
+                  kinds(),       {},          {},          map_name(map)};
   if (map.own_x && map.own_y) drawing.framed = {*map.own_x, *map.own_y};
   for (const auto& row : map.cells) {
     drawing.kind.emplace_back();
@@ -370,7 +371,7 @@ std::string record_cell(const StabilityCell& cell, const Study& study, const Run
   }
   write_file(out / "summary.json", to_json(result).dump(2) + "\n");
   write_file(out / "graph.yaml", result.graph_yaml);
-  write_file(out / "report.html", run_report(result, scene_figure(plan.graph.scene, "The scene as the run begins.")));
+  write_file(out / "report.html", run_report(result, &plan.graph.scene));
   return "worst/" + name;
 }
 
@@ -461,12 +462,12 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
   const int width = std::clamp(400 + 60 * static_cast<int>(maps.x.values.size()), 700, 1160);
   for (const StabilityMap& map : maps.maps) {
     const CellMap drawing = drawing_of(maps, map);
-    const std::string svg = draw_map_svg(drawing, width, height);
+    const std::string svg = draw(drawing, PictureFormat::svg, width, height);
     const std::string file = file_name("stability_" + map_name(map));
     write_file(folder / (file + ".svg"), svg);
-    const std::string png = draw_map_png(drawing, width, height);
+    const std::string png = draw(drawing, PictureFormat::png, width, height);
     if (!png.empty()) write_file(folder / (file + ".png"), png);
-    body += "<h2>" + escape(map_name(map)) + "</h2>\n" + figure(svg);
+    body += "<h2>" + escape(map_name(map)) + "</h2>\n" + figure_html(svg, drawing);
     body +=
         "<div class=\"wide\"><table><thead><tr><th>" + escape(maps.x.name) + "</th><th>" + escape(maps.y.name) +
         "</th><th>verdict</th><th>peak energy, mJ</th><th>passivity violation, mJ</th><th>amplitude, mm</th><th>Hz</th>"

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/report/chart.hpp"
+#include "app/report/figure.hpp"
 #include "app/report/html_page.hpp"
 #include "app/report/method_style.hpp"
 #include "app/run/summary.hpp"
@@ -63,6 +64,7 @@ std::string study_chart(const Study& study) {
   }
   Chart chart{"Error against run time", "prediction and interpolation, µs a device tick", y_label, {}, {}};
   chart.log_x = true;
+  chart.name = "error_over_run_time";
   // The values of a method follow each other, so that each has a mark of its own.
   std::vector<std::string> names;
   for (std::size_t s = 0; s < study.configurations.size(); ++s) names.push_back(study.comparison.rows[s].configuration);

@@ -8,6 +8,7 @@
 
 #include "app/output.hpp"
 #include "app/report/chart.hpp"
+#include "app/report/figure.hpp"
 #include "app/report/html_page.hpp"
 #include "app/report/method_style.hpp"
 #include "app/run/summary.hpp"
@@ -209,14 +210,15 @@ Chart chart_of(const WorkPrecision& found, const WorkGraph& graph, Spread WorkPo
 
 std::vector<Chart> charts_of(const WorkPrecision& found, const WorkGraph& graph) {
   std::vector<Chart> charts;
-  const auto add = [&](Chart chart) {
+  const auto add = [&](Chart chart, const char* time) {
+    chart.name = graph.graph + "/" + time;
     if (!chart.curves.empty()) charts.push_back(std::move(chart));
   };
   if (found.time != StudyTime::tick) {
-    add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms per simulated second"));
+    add(chart_of(found, graph, &WorkPoint::ms_per_s, &WorkPoint::front_run, "CPU ms per simulated second"), "run");
   }
   if (found.time != StudyTime::run) {
-    add(chart_of(found, graph, &WorkPoint::us_per_tick, &WorkPoint::front_tick, "methods, CPU µs a tick"));
+    add(chart_of(found, graph, &WorkPoint::us_per_tick, &WorkPoint::front_tick, "methods, CPU µs a tick"), "tick");
   }
   return charts;
 }
@@ -374,11 +376,11 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
     if (!charts.empty()) {
       int height = chart_height;
       for (const Chart& chart : charts) height = std::max(height, key_line * static_cast<int>(named_curves(chart)));
-      const std::string svg = draw_svg(charts, chart_width, height);
+      const std::string svg = draw(charts, PictureFormat::svg, chart_width, height);
       write_file(folder / (chart_file(graph->graph) + ".svg"), svg);
-      const std::string png = draw_png(charts, chart_width, height);
+      const std::string png = draw(charts, PictureFormat::png, chart_width, height);
       if (!png.empty()) write_file(folder / (chart_file(graph->graph) + ".png"), png);
-      body += figure(svg);
+      body += figure_html(svg, charts);
     }
     body += table_html(found, *graph);
     const auto index = static_cast<std::size_t>(graph - found.graphs.data());

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "app/interruption.hpp"
+#include "app/output.hpp"
 #include "app/results_folder.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/file_descriptor.hpp"

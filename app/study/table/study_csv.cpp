@@ -2,33 +2,25 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
+#include "app/csv_cell.hpp"
 
 namespace tactor {
 
 namespace {
 
-std::string quoted_where_needed(const std::string& text) {
-  if (text.find_first_of(",\"\n") == std::string::npos) return text;
-  std::string out = "\"";
-  for (const char c : text) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
-
 /// A line a run: what it is, then a cell for each of the columns.
 template <class Cells>
 std::string csv_of(const Study& study, std::vector<std::string> more_head, const Cells& cells_of) {
   std::vector<std::string> head{"graph", "method"};
-  for (const StudyAxis& axis : study.spec.vary) head.push_back(quoted_where_needed(axis.name));
+  for (const StudyAxis& axis : study.spec.vary) head.push_back(csv_cell(axis.name));
   head.emplace_back("seed");
   for (std::string& name : more_head) head.push_back(std::move(name));
   std::string out = fmt::format("{}\n", fmt::join(head, ","));
   const Comparison& comparison = study.comparison;
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     for (std::size_t s = 0; s < comparison.seeds.size(); ++s) {
-      std::vector<std::string> cells{quoted_where_needed(comparison.rows[row].graph),
-                                     quoted_where_needed(study.configuration(row).method)};
-      for (const auto& [path, value] : study.configuration(row).values) cells.push_back(quoted_where_needed(value));
+      std::vector<std::string> cells{csv_cell(comparison.rows[row].graph), csv_cell(study.configuration(row).method)};
+      for (const auto& [path, value] : study.configuration(row).values) cells.push_back(csv_cell(value));
       cells.push_back(std::to_string(comparison.seeds[s]));
       cells_of(comparison.rows[row], s, cells);
       out += fmt::format("{}\n", fmt::join(cells, ","));
@@ -37,14 +29,10 @@ std::string csv_of(const Study& study, std::vector<std::string> more_head, const
   return out;
 }
 
-std::string csv_number(double value) {
-  return std::isfinite(value) ? fmt::format("{}", value) : "";
-}
-
 void add_values(const Study& study, const CompareRow& row, std::size_t seed, bool run_times,
                 std::vector<std::string>& cells) {
   for (std::size_t c = 0; c < study.comparison.columns.size(); ++c) {
-    if (study.comparison.columns[c].run_time == run_times) cells.push_back(csv_number(row.values[c][seed]));
+    if (study.comparison.columns[c].run_time == run_times) cells.push_back(csv_cell(row.values[c][seed]));
   }
 }
 
@@ -72,8 +60,8 @@ std::string run_times_csv(const Study& study) {
   head.insert(head.end(), {"spread_of_repeats", "control_us"});
   return csv_of(study, std::move(head), [&](const CompareRow& row, std::size_t s, std::vector<std::string>& cells) {
     add_values(study, row, s, true, cells);
-    cells.push_back(csv_number(row.spread[s]));
-    cells.push_back(csv_number(row.control_us[s]));
+    cells.push_back(csv_cell(row.spread[s]));
+    cells.push_back(csv_cell(row.control_us[s]));
   });
 }
 
