@@ -1,4 +1,4 @@
-"""Gallery, pages of trust, citation and forms: what they name exists, and what they count was read from where they say."""
+"""First picture, gallery, pages of trust, citation and forms: what they name exists, and what they count was read from where they say."""
 import importlib.machinery
 import importlib.util
 import pathlib
@@ -8,6 +8,7 @@ import tempfile
 import unittest
 import xml.etree.ElementTree as xml
 
+import numpy as np
 import yaml
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -23,7 +24,37 @@ def script(name):
     return module
 
 
-gallery, trust, badge = script("gallery"), script("trust"), script("badge")
+first_picture, gallery, trust, badge = script("first_picture"), script("gallery"), script("trust"), script("badge")
+
+
+class FirstPicture(unittest.TestCase):
+    def test_it_is_the_first_of_the_readme_in_the_colours_of_reports(self):
+        images = re.findall(r"^!\[[^\]]+\]\(([^)]+)\)$", (ROOT / "README.md").read_text(), re.MULTILINE)
+        self.assertEqual(ROOT / images[0], first_picture.PICTURE)
+        curves = [curve.get("stroke") for curve in xml.parse(first_picture.PICTURE).iter("{http://www.w3.org/2000/svg}polyline")]
+        self.assertEqual(curves[1:], list(first_picture.colors().values()))  # the first is the true force
+        self.assertEqual(first_picture.colors()["local"], "#0072B2")
+
+    def test_it_shows_the_time_in_which_every_method_errs_as_in_the_whole_run(self):
+        ticks, judged_from, grows_at, small, large = 4000, 500, 2000, 0.5, 2.0
+        truth = np.stack([np.zeros(ticks), np.sin(np.arange(ticks) / 50), np.zeros(ticks)], 1)
+        size = np.where(np.arange(ticks) < grows_at, small, large)
+        mean_square = (size[judged_from:] ** 2).mean()
+        size[:judged_from] = mean_square ** 0.5  # just as large, where not all are judged
+        forces = {name: truth + (scale * size)[:, None] for name, scale in (("late", 1.0), ("near", 0.01))}
+        axis, begin, ratios = first_picture.typical(truth, forces, judged_from)
+        share_large = (mean_square - small ** 2) / (large ** 2 - small ** 2)
+        self.assertEqual(axis, 1)
+        self.assertAlmostEqual(begin, grows_at - (1 - share_large) * first_picture.LENGTH, delta=1)
+        for ratio in ratios.values():
+            self.assertAlmostEqual(ratio, 1, delta=0.01)
+
+    def test_a_text_stands_on_nothing_and_on_the_outer_side_of_its_curve(self):
+        x = np.linspace(first_picture.LEFT, first_picture.WIDTH - first_picture.RIGHT, 150)
+        outer, inner = (np.stack([x, np.full(150, y)], 1) for y in (100.0, 180.0))
+        box, line = first_picture.placed(["late"], outer, inner, inner, inner)
+        self.assertLess(box[3], 100)
+        self.assertAlmostEqual(line[-1][1], 100)
 
 
 class Gallery(unittest.TestCase):
