@@ -109,6 +109,19 @@ class Gallery(unittest.TestCase):
         for entry in gallery.entries():
             self.assertTrue(gallery.pictures(entry))
 
+    def test_the_index_holds_every_section_once_and_in_order_with_its_picture_and_a_line(self):
+        index, sections = page.block("gallery", "INDEX"), self.page.partition("<!-- INDEX: end -->")[2].split("\n### ")[1:]
+        self.assertEqual(len(sections), len(gallery.entries()))
+        cells = re.findall(r"\[!\[([^\]]+)\]\(([^)]+)\)\]\(#([\w-]+)\)<br>\[([^\]]+)\]\(#([\w-]+)\): ([^|]+) \|", index)
+        self.assertEqual(index.count("!["), len(cells))
+        self.assertEqual([title for _, _, _, title, _, _ in cells], [section.partition("\n")[0] for section in sections])
+        for (spoken, picture, link, title, same_link, line), section in zip(cells, sections):
+            with self.subTest(section=title):
+                self.assertEqual((spoken, same_link), (title, link))
+                self.assertEqual(picture, re.search(r"!\[[^\]]*\]\(([^)]+)\)", section)[1])
+                self.assertLessEqual(len(line), 40)
+        self.assertEqual(index, gallery.index().strip(), "run scripts/gallery --index")
+
     def test_a_verdict_says_what_grew_and_what_a_live_run_missed(self):
         self.assertEqual(gallery.verdict({"clock": "virtual", "stability": {"verdict_name": "energy", "passive": 0}}), "energy growth, not passive")
         self.assertEqual(gallery.verdict({"clock": "real", "device": {"missed": 3, "ticks": 9, "faults": 2, "link": {"cycles": 7, "errors": {"crc": 1}}}}),
