@@ -188,7 +188,7 @@ class InABrowser(unittest.TestCase):
         self.browser.execute_script("localStorage.clear()")
 
     def test_no_page_is_wider_than_its_window(self):
-        pages = ["index.html", "reference/nodes.html", "reference/python_api.html", "howto/view.html", "explanation/architecture.html",
+        pages = ["index.html", "gallery.html", "reference/nodes.html", "reference/python_api.html", "howto/view.html", "explanation/architecture.html",
                  *(f"results/{file.stem}.html" for file in sorted((ROOT / "docs/results").glob("*.md"))), "trust/limits.html"]
         self.assertGreater(len(pages), 20)
         for page in pages:
