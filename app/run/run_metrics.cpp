@@ -98,7 +98,7 @@ const std::vector<MetricInfo>& follower_metrics() {
       {"follow.rms_error_N", "N", "RMS error against the reference that follows the run", Better::lower, false,
        too_short},
       {"follow.max_error_N", "N", "largest error against it", Better::lower, false, too_short},
-      {"follow.delay_ms", "ms", "delay behind it in the last two seconds; positive: late", Better::lower, false,
+      {"follow.delay_ms", "ms", "delay behind it in the last two seconds; positive: late", Better::near_zero, false,
        too_short + ", or the force was constant"},
       {"follow.compared_s", "s", "how much of the run was compared", Better::higher, false, too_short},
       {"follow.skipped_s", "s",
@@ -195,12 +195,27 @@ std::string better_text(Better better) {
   return better == Better::neither ? std::string() : std::string(name_of(better));
 }
 
+double badness(Better better, double value) {
+  switch (better) {
+    case Better::higher:
+      return -value;
+    case Better::near_zero:
+      return std::abs(value);
+    case Better::lower:
+    case Better::neither:
+      return value;
+  }
+  return value;
+}
+
 std::string_view direction_mark(Better better) {
   switch (better) {
     case Better::lower:
       return " ↓";
     case Better::higher:
       return " ↑";
+    case Better::near_zero:
+      return " →0";
     case Better::neither:
       return "";
   }

@@ -61,6 +61,10 @@ FileSearch find_file(const fs::path& name, const std::vector<fs::path>& beside, 
   for (const fs::path& folder : folders_of(kind)) {
     if (look(folder, whole)) return search;
   }
+  // Last, so that a file beside a study hides nothing that is installed.
+  for (const fs::path& folder : near) {
+    if (look(folder, whole)) return search;
+  }
   return search;
 }
 

@@ -35,7 +35,8 @@ struct FileSearch {
 
 /// Looks for `name` in the folders `beside` (an empty one is that of the command), then in those of the user, then in
 /// those of the installation: FOLDER and share/tactor/FOLDER in its prefix. An absolute name is
-/// looked for where it says. A folder of that name does not count.
+/// looked for where it says. A folder of that name does not count. At last a name without the ending is looked for with
+/// it in `beside`.
 FileSearch find_file(const std::filesystem::path& name, const std::vector<std::filesystem::path>& beside,
                      const FileKind& kind);
 

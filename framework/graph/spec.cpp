@@ -236,6 +236,27 @@ std::string replaced_nodes(const Overrides& overrides) {
   return text;
 }
 
+/// `_local` for each file that is laid over a graph: what the graph's own name does not tell.
+std::string overlay_names(const Overrides& overrides) {
+  std::string names;
+  for (const Patch& patch : overrides) {
+    if (patch.file() != nullptr) names += "_" + patch.file()->stem().string();
+  }
+  return names;
+}
+
+/// `, with mine over it`, where the title is not that of one of the files laid over the graph.
+std::string overlays_of_title(const Tree& title, const Overrides& overrides) {
+  std::string names;
+  for (const Patch& patch : overrides) {
+    if (patch.file() == nullptr) continue;
+    const std::string stem = patch.file()->stem().string();
+    if (fs::path(title.place.file).stem().string() == stem) return {};
+    names += (names.empty() ? ", with " : " and ") + stem;
+  }
+  return names.empty() ? names : names + " over it";
+}
+
 }  // namespace
 
 GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& overrides) {
@@ -247,7 +268,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   GraphSpec spec;
   std::error_code ignored;
   spec.file = fs::absolute(file, ignored).lexically_normal();
-  spec.name = graph_name(file);
+  spec.name = graph_name(file) + overlay_names(overrides);
   std::map<std::string, SourceLocation, std::less<>> places;
   collect_places(*tree, "", places);
   spec.places = std::make_shared<const std::map<std::string, SourceLocation, std::less<>>>(std::move(places));
@@ -261,7 +282,8 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
     if (spec.title.find('\n') != std::string::npos) {
       diagnostics.error(title->place, "title: expected one line, found several");
     }
-    if (find_assignment(overrides, "title") == nullptr) spec.title += replaced_nodes(overrides);
+    if (find_assignment(overrides, "title") == nullptr)
+      spec.title += overlays_of_title(*title, overrides) + replaced_nodes(overrides);
   }
   if (const Tree* clock = tree->value("clock")) {
     if (read_choice(*clock, "clock", {"virtual", "real"}, diagnostics) == "real") spec.clock = Clock::real;

@@ -76,7 +76,7 @@ struct EdgeSpec {
 
 /// A checked graph.
 struct GraphSpec {
-  std::string name;   ///< graph_name of the file
+  std::string name;   ///< graph_name of the file, then `_local` for each file that is laid over it
   std::string title;  ///< one line of prose, or empty
   std::filesystem::path file;
   Clock clock = Clock::virtual_;

@@ -30,7 +30,7 @@ constexpr std::array<std::string_view, role_count> role_names{"other",       "so
 }  // namespace
 
 std::string_view name_of(Better better) {
-  constexpr std::array<std::string_view, 3> names{"lower", "higher", "neither"};
+  constexpr std::array<std::string_view, 4> names{"lower", "higher", "near zero", "neither"};
   return names[static_cast<std::size_t>(better)];
 }
 

@@ -156,9 +156,9 @@ struct OutputInfo {
   std::function<const MessageType&(const std::vector<ParamValue>&)> type_of{};
 };
 
-/// Which of two values of a metric is the better one.
-enum class Better : std::uint8_t { lower, higher, neither };
-/// `lower`, `higher` or `neither`.
+/// Which of two values of a metric is the better one; near_zero: that of the smaller size.
+enum class Better : std::uint8_t { lower, higher, near_zero, neither };
+/// `lower`, `higher`, `near zero` or `neither`.
 std::string_view name_of(Better better);
 
 /// The surroundings of a node in a run that decide which of its metrics it reports.

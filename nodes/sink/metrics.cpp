@@ -95,7 +95,7 @@ class PartMetrics {
     add(delivered + "max_error_" + suffix_, unit_, "largest error against the reference", Better::lower, true);
     add(delivered + "error_above_30hz_" + suffix_, unit_, "RMS of the error above 30 Hz", Better::lower, true,
         string(too_short) + ", or commands come at 60 Hz or slower");
-    add(delivered + "delay_ms", "ms", "delay behind the reference; positive: late", Better::lower, true,
+    add(delivered + "delay_ms", "ms", "delay behind the reference; positive: late", Better::near_zero, true,
         string(too_short) + ", or the correlation of their changes has no peak");
     add(delivered + "share_beyond_jnd", "1", "share of the time in which the error can be felt", Better::lower, true);
     const string no_loss = string(too_short) + ", or contact is never lost";

@@ -250,8 +250,8 @@ BOOST_FIXTURE_TEST_CASE(a_report_needs_its_metric, Fixture) {
                               "report.error: expected"));
   BOOST_TEST(
       refusal("report: {kind: work_precision, error: meter.count}\n", made) ==
-      "study.yaml:2:39: report.error: expected a metric for which lower or higher is better, found meter.count, for "
-      "which neither is declared");
+      "study.yaml:2:39: report.error: expected a metric with a direction, found meter.count, for which neither lower "
+      "nor higher is better");
   BOOST_TEST(refusal("report: work_precision\n", made)
                  .starts_with("study.yaml:2:9: report: work_precision: expected a metric that a run of the study "
                               "reports, found delivered.force.rms_error_N"));

@@ -1,4 +1,5 @@
 """Words of the command line: verbs, options and values are refused with what was expected, what was found and the nearest name."""
+import json
 import unittest
 
 from harness import GRAPHS, CommandTest, graph_verbs, needs_meshes, tactor
@@ -167,6 +168,29 @@ class Names(Refused):
         self.write("mine.yaml", "extends: duck/scene\ntitle: mine\n")
         self.environment["TACTOR_GRAPH_PATH"] = str(self.folder)
         self.assertIn("mine: mine", self.run_ok("check", "--explain", "mine", cwd="/").stdout)
+
+    def test_what_is_laid_over_a_graph_stands_in_its_name_its_title_and_its_folder(self):
+        self.write("scene.yaml", "extends: wall/scene\ntitle: a ball on a wall\nduration: 0.3 s\n")
+        self.write("mine.yaml", "nodes: {prediction: {type: prediction.kalman}}\n")
+        self.write("named.yaml", "title: my own\nnodes: {prediction: {type: prediction.kalman}}\n")
+        base = self.folder.name  # the graph is a scene, which has its folder's name
+        for overs, name, title in ((("mine",), f"{base}_mine", "a ball on a wall, with mine over it"), (("named",), f"{base}_named", "my own"),
+                                   (("mine", "kalman"), f"{base}_mine_kalman", "a Kalman filter of the force and its rate, gone along until the next"),
+                                   ((), base, "a ball on a wall")):
+            with self.subTest(overs=overs):
+                options = [word for over in overs for word in ("--over", over)]
+                said = self.run_ok("run", "scene.yaml", *options, cwd=self.folder).stdout
+                self.assertTrue(said.startswith(f"\n{name}: {title} (seed "), said)
+                summary = json.loads((self.folder / "out" / name / "summary.json").read_text())
+                self.assertEqual(summary["graph"], name)
+                self.assertIn(f"<h1>{name}</h1>", (self.folder / "out" / name / "report.html").read_text().replace("<wbr>", ""))
+
+    def test_a_method_beside_a_study_is_found_by_its_stem(self):
+        self.write("mine.yaml", "nodes: {prediction: {type: prediction.kalman}}\n")
+        study = self.write("study.yaml", "graphs: [wall/scene]\nmethods: [hold, mine]\nseeds: 1\nduration: 0.5 s\njudge: whole\n")
+        self.run_ok("study", study, "--out", self.folder / "out", cwd="/")
+        rows = (self.folder / "out/study.csv").read_text().splitlines()[1:]
+        self.assertEqual([row.split(",")[1] for row in rows], ["hold", "mine"])
 
     def test_a_missing_node_library_names_the_path_that_it_is_looked_for_in(self):
         graph = self.write("own.yaml", "duration: 1 s\nnodes: {gain: {type: own.gain}}\n")

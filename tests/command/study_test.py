@@ -245,7 +245,7 @@ class Failures(StudyTest):
         self.bad(graph + "reference: none\nmetrics: [delivered.force.delay_ms]\n", "study.yaml:5:11: ", "no reference run is made")
         self.bad(graph + "report: {kind: work_precision, error: physics.force.rms_eror_N}\n", "study.yaml:4:39: report.error: ",
                  'did you mean "physics.force.rms_error_N"?')
-        self.bad(graph + "report: {kind: work_precision, error: physics.steps}\n", "for which neither is declared")
+        self.bad(graph + "report: {kind: work_precision, error: physics.steps}\n", "for which neither lower nor higher is better")
         self.assertFalse((self.folder / "bad" / "study.sqlite").exists())
 
     def test_a_metric_of_some_configurations_alone_is_shown(self):
@@ -264,7 +264,7 @@ class Failures(StudyTest):
                                    ("cpu_ms_per_s", "ms/s", "lower"), ("cost_us.prediction.median", "us", "lower")):
             self.assertEqual((metrics[name]["unit"], metrics[name]["better"]), (unit, better), name)
         declared = dict((name, (unit, better)) for name, unit, better in self.table("out", "SELECT name, unit, better FROM declared"))
-        self.assertEqual(declared["delivered.force.delay_ms"], ("ms", "lower"))
+        self.assertEqual(declared["delivered.force.delay_ms"], ("ms", "near zero"))
         page = self.bytes_of("out", "report.html").decode()
         self.assertIn('title="RMS second difference, N/ms²; lower is better">', page)
         self.assertIn("delivered.force.rms_d2_N_per_ms2 ↓</abbr></th>", page.replace("<wbr>", ""))

@@ -175,7 +175,8 @@ std::string metric_tables(const Comparison& comparison, const PageRows& shown) {
       const auto spread = [&](std::size_t row) {
         return seed_spread(comparison.seeds, comparison.rows[row].values[c]);
       };
-      table.add("5 to 95 % of seeds", [&](std::size_t row) { return quantiles_text(spread(row), pretty); });
+      if (comparison.seeds.size() >= fewest_seeds)
+        table.add("5 to 95 % of seeds", [&](std::size_t row) { return quantiles_text(spread(row), pretty); });
       table.add("worst (seed)", [&](std::size_t row) { return worst_text(spread(row), pretty); });
     }
   });
@@ -334,6 +335,14 @@ bool has_values(const Chart& chart) {
   return std::any_of(chart.curves.begin(), chart.curves.end(), [](const Curve& c) { return !c.x.empty(); });
 }
 
+/// What the page makes of so many seeds.
+std::string key_of_seeds(std::size_t seeds) {
+  if (seeds == 1) return "one seed has no spread, and nothing is tested";
+  constexpr const char* spread = "bars and ±: standard deviation over the seeds";
+  if (seeds < fewest_seeds) return fmt::format("{}; nothing is tested with fewer than {} seeds", spread, fewest_seeds);
+  return fmt::format("★: the best by a paired test over the seeds (95 %); {}", spread);
+}
+
 /// The rest of what is known of each run of the first seed.
 std::string run_details(const Comparison& comparison, const PageRows& shown) {
   std::string html;
@@ -375,10 +384,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
                                        : std::string("<p>No run reports an error against a reference.</p>\n");
   if (force && has_values(force->zoom)) first += chart_figure({force->zoom}, half_width, first_height);
   body += "<div class=\"pair\">\n" + first + "</div>\n" + summary_tables(comparison, rows);
-  body += fmt::format(
-      "<p class=\"sub\">{}; ★: the best by a paired test over the seeds (95 %); bars and ±: standard deviation over "
-      "the seeds</p>\n",
-      arrows_text);
+  body += fmt::format("<p class=\"sub\">{}; {}</p>\n", arrows_text, key_of_seeds(seeds));
   if (doubts > 0) body += "<div id=\"doubts\">\n" + warnings_html(warnings) + failures + "</div>\n";
 
   body += folded("In words", verdict_html(comparison, timing));

@@ -67,6 +67,11 @@ std::string named_metrics_html(const Study& study, std::size_t graph) {
 }
 
 std::string significance_html(const Comparison& comparison, const std::string& against) {
+  if (comparison.seeds.size() < fewest_seeds) {
+    return fmt::format(
+        "<p>Differences are not tested: that takes {} seeds, because chance alone makes large effects of fewer.</p>\n",
+        fewest_seeds);
+  }
   HtmlTable table({"", "ANOVA F", "ANOVA p", "one-step RMS N", "95 %", "effect d", "Wilcoxon p", "delivered RMS N",
                    "95 %", "effect d", "Wilcoxon p"});
   bool any = false;
@@ -89,9 +94,9 @@ std::string significance_html(const Comparison& comparison, const std::string& a
       "<h2>Against {}</h2>\n<p>The ANOVA takes every one-step error for an independent sample, as the paper does; "
       "they are not (neighbours are correlated) and F has no sign. The paired differences are over seeds, with their "
       "95 % confidence interval; below zero is better. Wilcoxon's p is counted over all signs, with ties too, and "
-      "leaves out seeds without a difference. Fewer than {} seeds are not tested, because chance alone makes large "
-      "effects "
-      "of them. Neither are seeds whose runs are identical, because they tell nothing of chance.</p>\n{}",
+      "leaves out seeds without a difference. Rows that share fewer than {} seeds are not tested. Neither are seeds "
+      "whose "
+      "runs are identical, because they tell nothing of chance.</p>\n{}",
       escape(against), fewest_seeds, table.html());
 }
 

@@ -343,7 +343,7 @@ std::string record_cell(const StabilityCell& cell, const Study& study, const Run
   const Plan plain = make_plan(load_graph(c.graph, registry, overrides));
   overrides.push_back(set_patch(record_setting(plain, study.spec.record)));
   const Plan plan = make_plan(load_graph(c.graph, registry, overrides));
-  const std::string name = file_name(plan.graph.name + "_" + c.configuration);
+  const std::string name = file_name(graph_name(plan.graph.file) + "_" + c.configuration);
   const fs::path out = make_folder(folder / "worst" / name);
   RunOptions options;
   options.cache_folder = default_cache_folder();
@@ -360,7 +360,7 @@ std::string record_cell(const StabilityCell& cell, const Study& study, const Run
     options.reference = &*reference;
   }
   if (!c.reference_recording.empty()) {
-    options.reference_recording = recording_of(c.reference_recording, plan.graph.name, plan.graph.seed);
+    options.reference_recording = recording_of(c.reference_recording, graph_name(plan.graph.file), plan.graph.seed);
   }
   options.progress = [&](double, const char*) { return !interrupted(); };
   const RunResult result = execute(plan, options);

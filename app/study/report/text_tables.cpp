@@ -77,7 +77,8 @@ std::string judged_text(const Comparison& comparison) {
 
 namespace {
 
-/// How the values of a column lie over the seeds: quantiles, the worst seed, two populations where there are.
+/// How the values of a column lie over the seeds: quantiles of enough seeds, the worst one, two populations where there
+/// are.
 void add_spread(TextTable& table, const Comparison& comparison, std::size_t column) {
   if (comparison.seeds.size() < 2) return;
   std::vector<std::string> quantiles{"  5 to 95 % of seeds"}, worst{"  worst (seed)"}, two{"  two populations"};
@@ -91,7 +92,7 @@ void add_spread(TextTable& table, const Comparison& comparison, std::size_t colu
     two.push_back(split ? fmt::format("{} + {} seeds", spread->populations->low_count, spread->populations->high_count)
                         : "");
   }
-  table.add(std::move(quantiles));
+  if (comparison.seeds.size() >= fewest_seeds) table.add(std::move(quantiles));
   table.add(std::move(worst));
   if (any) table.add(std::move(two));
 }

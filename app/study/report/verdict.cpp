@@ -30,15 +30,15 @@ constexpr std::array<Subject, 3> subjects{{
 constexpr Subject cost{"cpu_ms_per_s", "cheapest", "cheaper", "CPU time"};
 constexpr std::size_t most_named = 12;
 
-/// Whether the noise of the seeds hides that `mine` is worse than `first`; both have a value for each seed.
-bool noise_hides(const std::vector<double>& first, const std::vector<double>& mine, double sign) {
+/// Whether the noise of the seeds hides that `mine` is worse than `first`; both have a badness for each seed.
+bool noise_hides(const std::vector<double>& first, const std::vector<double>& mine) {
   if (first.size() >= fewest_seeds) {
     const PairedDifference difference = *paired_difference(first, mine);
-    if (!difference.interval) return !(sign * difference.mean > 0) || difference.identical == Identical::groups;
+    if (!difference.interval) return !(difference.mean > 0) || difference.identical == Identical::groups;
     return difference.interval->low <= 0 && difference.interval->high >= 0;
   }
   for (std::size_t s = 0; s < first.size(); ++s) {
-    if (!(sign * (mine[s] - first[s]) > 0)) return true;
+    if (!(mine[s] > first[s])) return true;
   }
   return false;
 }
@@ -269,18 +269,21 @@ Ranking ranking(const Comparison& comparison, std::size_t column) {
   Ranking found;
   const MetricInfo* info = comparison.info(comparison.columns[column].metric);
   if (info == nullptr || info->better == Better::neither) return found;
-  const double sign = info->better == Better::higher ? -1 : 1;
-  const auto values = [&](std::size_t row) { return comparison.rows[row].done(comparison.rows[row].values[column]); };
+  const auto badnesses = [&](std::size_t row) {
+    std::vector<double> values = comparison.rows[row].done(comparison.rows[row].values[column]);
+    for (double& value : values) value = badness(info->better, value);
+    return values;
+  };
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
-    if (is_ranked(comparison, row) && std::isfinite(mean(values(row)))) found.rows.push_back(row);
+    if (is_ranked(comparison, row) && std::isfinite(mean(badnesses(row)))) found.rows.push_back(row);
   }
   std::stable_sort(found.rows.begin(), found.rows.end(),
-                   [&](std::size_t a, std::size_t b) { return sign * mean(values(a)) < sign * mean(values(b)); });
+                   [&](std::size_t a, std::size_t b) { return mean(badnesses(a)) < mean(badnesses(b)); });
   if (found.rows.size() < 2) return found;
-  const std::vector<double> first = values(found.rows.front());
+  const std::vector<double> first = badnesses(found.rows.front());
   for (const std::size_t row : found.rows) {
-    const std::vector<double> mine = values(row);
-    if (pretty(mean(first)) == pretty(mean(mine)) || noise_hides(first, mine, sign)) found.best.push_back(row);
+    const std::vector<double> mine = badnesses(row);
+    if (pretty(mean(first)) == pretty(mean(mine)) || noise_hides(first, mine)) found.best.push_back(row);
   }
   const CompareRow& front = comparison.rows[found.rows.front()];
   if (found.best.size() == 1 && front.seeds_done() >= fewest_seeds && !front.identical_seeds) {

@@ -62,12 +62,15 @@ WorkPoint point_of(const Study& study, std::size_t configuration, const std::vec
     if (done) seeds.push_back(s);
   }
   const auto spread = [&](std::string_view metric) {
+    const MetricInfo* info = comparison.info(metric);
+    const bool by_size = info != nullptr && info->better == Better::near_zero;
     std::vector<double> by_seed;
     for (const std::size_t s : seeds) {
       std::vector<double> over_rows;
       for (const std::size_t row : rows) {
         const std::span<const double> values = comparison.rows[row].metric(metric, comparison.columns);
-        over_rows.push_back(values.empty() ? std::nan("") : values[s]);
+        const double value = values.empty() ? std::nan("") : values[s];
+        over_rows.push_back(by_size ? std::abs(value) : value);
       }
       by_seed.push_back(spread_of(over_rows).centre);
     }
@@ -100,10 +103,9 @@ WorkGraph points_of(const Study& study, std::string name, const std::vector<std:
 
 void mark_fronts(WorkGraph& graph, StudyTime time, Better better) {
   std::vector<double> error, run, tick;
-  const double sign = better == Better::higher ? -1 : 1;
   for (const WorkPoint& p : graph.points) {
     // pareto_front leaves out what is not a number.
-    error.push_back(p.bound || p.incomplete() || !p.judged ? std::nan("") : sign * p.error.centre);
+    error.push_back(p.bound || p.incomplete() || !p.judged ? std::nan("") : badness(better, p.error.centre));
     run.push_back(p.ms_per_s.centre);
     tick.push_back(p.us_per_tick.centre);
   }

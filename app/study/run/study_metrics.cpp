@@ -60,8 +60,8 @@ void check_metrics(const StudySpec& spec, const RunMetrics& metrics, Registry& r
                         fmt::format("{}: expected a metric that a run of the study reports, found {}{}", asked.key,
                                     asked.name, why_not_reported(asked.name, metrics, registry)));
     } else if (asked.key == "report.error" && found->second.better == Better::neither) {
-      diagnostics.error(asked.place, fmt::format("report.error: expected a metric for which lower or higher is better, "
-                                                 "found {}, for which neither is declared",
+      diagnostics.error(asked.place, fmt::format("report.error: expected a metric with a direction, "
+                                                 "found {}, for which neither lower nor higher is better",
                                                  asked.name));
     }
   }

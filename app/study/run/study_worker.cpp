@@ -100,7 +100,7 @@ std::string case_of(const Job& job) {
 
 /// The recording that judges the run of that seed.
 std::filesystem::path recording_of(const Job& job, const Plan& plan, std::uint64_t seed) {
-  return tactor::recording_of(job.reference_recording, plan.graph.name, seed);
+  return tactor::recording_of(job.reference_recording, graph_name(plan.graph.file), seed);
 }
 
 std::string content_of(const Plan& plan, const std::optional<Plan>& reference) {

@@ -360,13 +360,13 @@ TimingNote timing_note(const Comparison& comparison, Repeats repeats) {
 }
 
 std::optional<SeedSpread> seed_spread(const std::vector<std::uint64_t>& seeds, std::span<const double> by_seed,
-                                      bool higher_is_better) {
+                                      Better better) {
   std::vector<double> values;
   std::optional<std::size_t> worst;
   for (std::size_t s = 0; s < std::min(seeds.size(), by_seed.size()); ++s) {
     if (!std::isfinite(by_seed[s])) continue;
     values.push_back(by_seed[s]);
-    if (!worst || (higher_is_better ? by_seed[s] < by_seed[*worst] : by_seed[s] > by_seed[*worst])) worst = s;
+    if (!worst || badness(better, by_seed[s]) > badness(better, by_seed[*worst])) worst = s;
   }
   if (!worst) return std::nullopt;
   return SeedSpread{quantile(values, 0.05), median(values), quantile(values, 0.95),
@@ -483,8 +483,8 @@ Json to_json(const Comparison& comparison, const CompareRow& row) {
     metric = {{"mean", number_json(centre)},
               {"sd", std::isfinite(centre) && values.size() > 1 ? Json(standard_deviation(values)) : Json()}};
     const MetricInfo* info = comparison.info(comparison.columns[c].metric);
-    const bool higher_is_better = info != nullptr && info->better == Better::higher;
-    if (const auto spread = seed_spread(comparison.seeds, row.values[c], higher_is_better)) {
+    const Better better = info == nullptr ? Better::lower : info->better;
+    if (const auto spread = seed_spread(comparison.seeds, row.values[c], better)) {
       metric["spread"] = to_json(*spread);
     }
     if (info != nullptr) {

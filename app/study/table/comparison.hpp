@@ -93,9 +93,9 @@ struct SeedSpread {
   std::uint64_t worst_seed = 0;
   std::optional<TwoPopulations> populations;
 };
-/// Of values by seed, those that are finite; absent for none. The worst is the smallest where `higher_is_better`.
+/// Of values by seed, those that are finite; absent for none. The worst is that of the largest badness.
 std::optional<SeedSpread> seed_spread(const std::vector<std::uint64_t>& seeds, std::span<const double> by_seed,
-                                      bool higher_is_better = false);
+                                      Better better = Better::lower);
 /// `two populations: 8 seeds at 0.24 to 0.34, 2 at 0.69 to 0.7`; empty where there are none.
 std::string populations_text(const std::optional<SeedSpread>& spread);
 /// What tables say of the part of the runs that they judge, a sentence for each group of rows that is not judged from

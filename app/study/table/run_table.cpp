@@ -456,7 +456,7 @@ MetricMap RunTable::declared() const {
   while (rows.step()) {
     const std::string better = rows.text(2);
     MetricInfo info{rows.text(0), rows.text(1), rows.text(3)};
-    for (const Better one : {Better::lower, Better::higher, Better::neither}) {
+    for (const Better one : {Better::lower, Better::higher, Better::near_zero, Better::neither}) {
       if (better == name_of(one)) info.better = one;
     }
     info.missing = rows.text(4);

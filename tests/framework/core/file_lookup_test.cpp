@@ -85,6 +85,15 @@ BOOST_FIXTURE_TEST_CASE(the_list_of_a_kind_has_each_name_once_as_it_is_found, Fi
   for (std::size_t i = 0; i < found.size(); ++i) BOOST_TEST(found[i] == expected[i]);
 }
 
+BOOST_FIXTURE_TEST_CASE(a_name_without_its_ending_is_found_beside_when_it_is_nowhere_else, Fixture) {
+  write(beside / "own.tune");
+  write(beside / "b.tune");
+  BOOST_TEST(find_file("own", {beside}, kind).file == beside / "own.tune");
+  // Nothing that is installed is hidden by it.
+  BOOST_TEST(find_file("b", {beside}, kind).file != beside / "b.tune");
+  BOOST_TEST(find_file("own.tune", {beside}, kind).file == beside / "own.tune");
+}
+
 BOOST_FIXTURE_TEST_CASE(a_kind_without_shared_files_is_looked_for_beside_alone, Fixture) {
   const FileSearch search = find_file("b.tune", {beside}, any_file);
   BOOST_TEST(search.file.empty());
