@@ -79,7 +79,7 @@ class Security(CommandTest):
             self.assertNotIn(f":{self.port:04X} ", six.read_text())
 
     def test_the_program_is_given_with_its_policies(self):
-        for path, kind in (("/", "text/html"), ("/view.js", "text/javascript"), ("/view.css", "text/css"),
+        for path, kind in (("/", "text/html"), ("/view.js", "text/javascript"), ("/socket.js", "text/javascript"), ("/view.css", "text/css"),
                            ("/saved.html", "text/html"), ("/licences.txt", "text/plain")):
             with self.subTest(path):
                 status, head, body = get(self.port, self.lines(path))

@@ -1,5 +1,5 @@
-// Bundles the page: node build.mjs OUT_DIR LICENCES writes index.html, view.js, view.css, saved.html and licences.txt, each
-// compressed, with .gz behind its name. LICENCES is licences.txt as it is, for installations.
+// Bundles the page: node build.mjs OUT_DIR LICENCES writes index.html, view.js, socket.js, view.css, saved.html and
+// licences.txt, each compressed, with .gz behind its name. LICENCES is licences.txt as it is, for installations.
 import { build } from 'esbuild';
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
 import { dirname, join, resolve } from 'node:path';
@@ -16,7 +16,7 @@ mkdirSync(out, { recursive: true });
 
 const result = await build({
   absWorkingDir: here,
-  entryPoints: { view: 'src/main.js' },
+  entryPoints: { view: 'src/main.js', socket: 'src/socket.js' },
   outdir: out,
   bundle: true,
   format: 'iife',
@@ -59,7 +59,7 @@ const licences = [...bundled].sort().map((name) => {
   return `${about.name} ${about.version} (${about.license})\n\n${readFileSync(join(here, 'node_modules', name, 'LICENSE'), 'utf8').trim()}\n`;
 });
 
-const files = { 'index.html': served, 'view.js': program, 'view.css': style, 'saved.html': saved,
+const files = { 'index.html': served, 'view.js': program, 'socket.js': text_of('socket.js'), 'view.css': style, 'saved.html': saved,
   'licences.txt': `The page holds these works of others.\n\n${licences.join(`\n${'-'.repeat(78)}\n\n`)}` };
 for (const [name, text] of Object.entries(files)) writeFileSync(join(out, `${name}.gz`), gzipSync(text, { level: 9 }));
 writeFileSync(process.argv[3], files['licences.txt']);

@@ -1,4 +1,4 @@
-// Speaks with the server: opens the WebSocket, hands messages on, acknowledges frames that were drawn.
+// Speaks with the server through the worker that owns the WebSocket: hands messages on, acknowledges frames that were drawn.
 
 /** @typedef {{text: function(object): void, binary: function(Uint8Array): void, closed: function(string): void}} Listener */
 
@@ -9,36 +9,42 @@ export class Connection {
     this.acks = 0;
     this.open = false;
     const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
-    this.socket = new WebSocket(`${scheme}://${location.host}/stream`, token ? ['tactor.view', `token.${token}`] : ['tactor.view']);
-    this.socket.binaryType = 'arraybuffer';
-    this.socket.onopen = () => (this.open = true);
-    this.socket.onmessage = (event) => {
-      try {
-        if (typeof event.data === 'string') listener.text(JSON.parse(event.data));
-        else listener.binary(new Uint8Array(event.data));
-      } catch (error) {
-        this.failed = true;
-        listener.closed(`The page could not take a message: ${error.message}`);
-        this.socket.close();
-        throw error;
-      }
+    this.worker = new Worker('/socket.js');
+    this.worker.onmessage = ({ data }) => {
+      if (data.opened) this.open = true;
+      else if (data.closed) this.closed(data.closed, listener);
+      else this.take(data, listener);
     };
-    this.socket.onclose = (event) => {
-      const was_open = this.open;
-      this.open = false;
-      if (this.failed) return;
-      const why = event.reason ? ` (${event.reason})` : '';
-      listener.closed(was_open ? `Connection lost${why}.`
-        : 'No connection. Is the run still going, and is the address complete, with all behind the #?');
-    };
+    this.worker.onerror = () => listener.closed('No connection: the browser did not start /socket.js.');
+    this.worker.postMessage({ open: { url: `${scheme}://${location.host}/stream`, protocols: token ? ['tactor.view', `token.${token}`] : ['tactor.view'] } });
   }
 
+  take({ text, bytes }, listener) {
+    try {
+      if (text !== undefined) listener.text(JSON.parse(text));
+      else listener.binary(new Uint8Array(bytes));
+    } catch (error) {
+      this.close();
+      listener.closed(`The page could not take a message: ${error.message}`);
+      throw error;
+    }
+  }
+
+  closed({ was_open, reason }, listener) {
+    this.open = false;
+    const why = reason ? ` (${reason})` : '';
+    listener.closed(was_open ? `Connection lost${why}.`
+      : 'No connection. Is the run still going, and is the address complete, with all behind the #?');
+  }
+
+  /** At once, also while the page is left: the server releases the tool. */
   close() {
-    this.socket.close();
+    this.open = false;
+    this.worker.terminate();
   }
 
   send(message) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+    this.worker.postMessage({ text: JSON.stringify(message), input: message.type === 'input' });
   }
 
   /** Remembers a frame; it is acknowledged when it was drawn. */

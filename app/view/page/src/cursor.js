@@ -1,9 +1,9 @@
 // Moves the handle's target by mouse, touch, keys or a gamepad, and tells it to the server.
 import { Quaternion, Vector3 } from 'three';
+import { HANGS_AFTER } from './heartbeat.js';
 
 const LEAST_GAP = 4; // ms between inputs: at most 250/s
 const HEARTBEAT = 25; // ms
-const STILL_DRAWING = 150; // ms since the last drawn frame
 
 /** The cursor keeps its own target: one derived from drawn poses would lose increments. */
 export class Cursor {
@@ -108,7 +108,7 @@ export class Cursor {
     window.addEventListener('blur', drop);
     window.addEventListener('pagehide', drop);
     document.addEventListener('visibilitychange', () => document.hidden && drop());
-    // Slow drawing is not a stopped page: the heartbeat goes on for a while after each drawn frame.
+    // Beside drawing, however slow that is; the worker speaks for the page while it draws.
     setInterval(() => this.beat(), HEARTBEAT);
   }
 
@@ -175,6 +175,7 @@ export class Cursor {
       else this.move(x * 120 * dt * speed, y * 120 * dt * speed, z * 120 * dt * speed);
     }
     this.step_gamepad(dt, force_part, now);
+    this.beat(); // timers may wait while frames follow each other
   }
 
   step_gamepad(dt, force_part, now) {
@@ -201,7 +202,7 @@ export class Cursor {
 
   beat() {
     const now = performance.now();
-    if (now - this.last_drawn > STILL_DRAWING) return;
+    if (now - this.last_drawn > HANGS_AFTER) return; // nobody holds what they cannot see
     if (now - this.last_sent >= HEARTBEAT - 5) this.tell(false);
   }
 
