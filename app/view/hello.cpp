@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
+#include "app/view/hold.hpp"
 #include "app/view/samples.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/graph/scheduling_words.hpp"
@@ -208,6 +209,8 @@ std::string hello_text(const Plan& plan, const std::vector<ShownStream>& streams
                 {"streams", streams_array(streams)},
                 {"engagements", names_of<Engagement>(4)},
                 {"causes", names_of<SafetyCause>(safety_cause_count)},
+                {"holds", hold_words},
+                {"ends", run_end_words},
                 {"parameters", extras.replay ? json::array() : parameters_array(plan, extras.values, answer)},
                 {"nodes", answer ? json::array() : nodes_array(plan)},
                 {"edges", answer ? json::array() : edges_array(plan)}};

@@ -19,7 +19,7 @@ void RunView::begin(Session& session, Follower* follower) {
 }
 
 void RunView::end() {
-  view_->tell_end("the run is over");
+  view_->tell_end(RunEnd::over, "the run is over");
   view_.reset();
 }
 

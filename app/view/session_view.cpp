@@ -86,7 +86,12 @@ SessionView::SessionView(Session& session, Follower* follower, Options options)
   X_WC_ = options_.start;
   experiment_ = experiment_of(plan);
   if (const auto methods = method_switch(plan)) method_parameter_ = methods->parameter;
-  if (extras_.mouse) cursor_ = session.feed(*options_.mouse + ".cursor");
+  if (extras_.mouse) {
+    cursor_ = session.feed(*options_.mouse + ".cursor");
+    const NodeSpec& mouse = plan.nodes[*extras_.mouse];
+    const ParamValue& timeout = mouse.params[mouse.info->param("heartbeat_timeout").value()];
+    hold_.emplace(Duration::from_seconds(std::get<double>(timeout)));
+  }
   steps_.resize(plan.nodes.size());
   delivered_.resize(plan.edges.size());
   server_ = load_view_library().serve(*this, options_.ports);
@@ -139,7 +144,9 @@ void SessionView::receive(ClientId client, const ClientMessage& message) {
   const std::scoped_lock lock(mutex_);
   switch (message.kind) {
     case ClientMessage::Kind::input:
-      if (taking_ && cursor_) send_cursor(message.X_WC, message.held);
+      if (!taking_ || !cursor_) return;
+      hold_->input(message.held, MonotonicClock::now());
+      send_cursor(message.X_WC, message.held);
       return;
     case ClientMessage::Kind::set:
       // A page that asks for more between two looks than anybody can turn has gone wrong.
@@ -157,7 +164,9 @@ void SessionView::receive(ClientId client, const ClientMessage& message) {
 
 void SessionView::release() {
   const std::scoped_lock lock(mutex_);
-  if (taking_ && cursor_) send_cursor(X_WC_, false);
+  if (!taking_ || !cursor_) return;
+  hold_->page_gone(MonotonicClock::now());
+  send_cursor(X_WC_, false);
 }
 
 void SessionView::note(const std::string& text) {
@@ -236,19 +245,29 @@ std::string SessionView::status_text() {
                  {"lost", taps_.dropped()}};
   if (live && !live->devices.empty()) status["device"] = device_object(live->devices.front());
   if (follower_ != nullptr) status["reference"] = reference_object(follower_->figures());
+  {
+    const std::scoped_lock lock(mutex_);
+    if (hold_) status["hold"] = name_of(hold_->at(wall));
+  }
   told_ = wall;
   told_at_ = now;
   // The first look is what rates are counted from.
   return first ? std::string() : status.dump();
 }
 
-void SessionView::tell_end(const std::string& why) {
+bool SessionView::was_stopped() {
+  const std::scoped_lock lock(mutex_);
+  return stop_asked_;
+}
+
+void SessionView::tell_end(RunEnd end, const std::string& why) {
   {
     const std::scoped_lock lock(mutex_);
     taking_ = false;
     status_.clear();
   }
-  server_->post(json({{"type", "ended"}, {"why", why}}).dump(-1, ' ', false, json::error_handler_t::replace), {});
+  const json text = {{"type", "ended"}, {"end", name_of(end)}, {"why", why}};
+  server_->post(text.dump(-1, ' ', false, json::error_handler_t::replace), {});
 }
 
 }  // namespace tactor

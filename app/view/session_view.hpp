@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/view/hello.hpp"
+#include "app/view/hold.hpp"
 #include "app/view/stream_taps.hpp"
 #include "app/view/view_server.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
@@ -42,8 +43,11 @@ class SessionView final : private ViewSource {
   [[nodiscard]] std::string foxglove_url() const { return server_->foxglove_url(); }
   /// Does what pages have asked for, and tells them the state; about fifty times a second while the session runs.
   void attend();
-  /// Tells the pages that the run has ended, and why; the server goes on until the end of the object.
-  void tell_end(const std::string& why);
+  /// Tells the pages that the run has ended, and why, as words for a person; the server goes on until the end of the
+  /// object.
+  void tell_end(RunEnd end, const std::string& why);
+  /// Whether a page has asked to end the run.
+  [[nodiscard]] bool was_stopped();
   /// Pages that are open.
   [[nodiscard]] std::uint32_t clients() const { return server_->clients(); }
   /// Why the server ended before its time, where it did.
@@ -85,7 +89,8 @@ class SessionView final : private ViewSource {
   std::vector<Request> requests_;
   std::map<std::string, std::string> values_;  // of parameters that were set
   std::string status_;
-  bool taking_ = false;  // between the start of the session and its end
+  std::optional<HoldWatch> hold_;  // where a page leads the device
+  bool taking_ = false;            // between the start of the session and its end
   bool stop_asked_ = false;
   std::optional<std::string> failure_;
 

@@ -1,5 +1,6 @@
 #include "app/view/view_graph.hpp"
 
+#include <algorithm>
 #include <cstdlib>
 #include <memory>
 
@@ -29,6 +30,12 @@ void run(Session& session, SessionView& view) {
     session.advance(look_period);
   }
   session.finish();
+}
+
+bool has_stalled(const Session& session) {
+  if (!session.is_live()) return false;
+  const std::vector<LiveNode>& nodes = session.last_status().nodes;
+  return std::any_of(nodes.begin(), nodes.end(), [](const LiveNode& node) { return node.stalled; });
 }
 
 }  // namespace
@@ -76,7 +83,11 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   if (recorder) recorder->close();
   // The page of an experiment is what the participant sees, and a failure may name the condition.
   const bool blind = experiment_of(session.plan()).has_value();
-  view.tell_end(!failure ? "the run was ended" : blind ? "the run has failed; call the experimenter" : *failure);
+  const RunEnd end = failure                ? (has_stalled(session) ? RunEnd::stalled : RunEnd::failed)
+                     : view.was_stopped()   ? RunEnd::stopped
+                     : options.stop_asked() ? RunEnd::interrupted
+                                            : RunEnd::over;
+  view.tell_end(end, !failure ? "the run was ended" : blind ? "the run has failed; call the experimenter" : *failure);
   if (session.is_abandoned()) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.
     options.note(*failure);

@@ -76,6 +76,12 @@ class Browser(CommandTest):
     def let_go(self):
         self.mouse("mouseReleased")
 
+    def until_released(self, what, again):
+        """Until the page says in words what released the force, and how to engage again."""
+        self.until(f"window.tactor.released?.what.includes('{what}')")
+        self.assertIn(again, self.js("window.tactor.released.again"))
+        self.assertEqual(self.js("document.getElementById('release').innerText"), self.js("window.tactor.released.what + ' ' + window.tactor.released.again"))
+
     def press(self, newtons=0.5, most=220):
         """Drags the tool down until the device is given a force. As a person does, it lets go and tries again where the tool was
         released on the way: a machine that is busy may keep the page from its heartbeat."""
@@ -96,7 +102,10 @@ class Browser(CommandTest):
             self.open(view.url)
             self.until("window.tactor?.counters.frames_drawn > 1")
             self.assertLess(time.monotonic() - begun, 10)
+            self.assertEqual(self.js("window.tactor.without_words"), [])
+            self.until_released("Nobody holds the tool", "Press on the tool")
             self.press()
+            self.until("document.getElementById('release').hidden")
             self.assertGreater(self.latest("dynamics.state")[0], 0)
             self.assertEqual(self.js("window.tactor.hello.engagements[window.tactor.latest('device.safety').values[0]]"), "engaged")
             # The other methods, by their buttons.
@@ -110,6 +119,7 @@ class Browser(CommandTest):
             self.until("document.getElementById('felt').textContent.startsWith('A hand feels: ')")
             self.assertFalse(self.js("document.getElementById('felt').hidden"))
             self.let_go()
+            self.until_released("You let go", "Press on the tool")
             # A knob, by its number, and what the session says of it.
             number = self.browser.find_element(By.ID, "knob-device.force_max-number")
             self.browser.execute_script("arguments[0].value = '2.5'; arguments[0].dispatchEvent(new Event('change', {bubbles: true}));", number)
@@ -125,6 +135,7 @@ class Browser(CommandTest):
             self.browser.find_element(By.ID, "stop").click()
             view.process.wait(20)
             self.assertEqual(view.process.returncode, 0)
+            self.until_released("STOP was pressed", "Start the run again")
             looker.close()
 
     def test_a_surface_that_is_pressed_goes_down_in_the_page(self):
@@ -187,6 +198,9 @@ class Browser(CommandTest):
             self.assertLess(lag, 1.0)
             # It still holds the mouse down, and gets no force until it has let go.
             self.assertEqual(self.latest("device.commanded")[2], 0.0)
+            self.until_released("did not answer in time", "Let go of the mouse button")
+            self.let_go()
+            self.until_released("You let go", "Press on the tool")
             looker.close()
 
     def test_a_recording_is_replayed_scrubbed_saved_and_opened_offline(self):

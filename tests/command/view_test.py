@@ -248,6 +248,10 @@ class Pages(CommandTest):
 
     def test_a_graph_that_names_its_stall_timeout_keeps_it(self):
         with View(TACTOR, self.stalled("1.5 s", "live: {stall_timeout: 0.5 s}"), environment=self.fault_nodes) as view:
+            page = view.page()
+            with self.assertRaises(Closed):
+                page.take_for(60)
+            self.assertEqual(page.last("ended")["end"], "stalled")
             said = view.process.communicate(timeout=60)[1]
             self.assertEqual(view.process.returncode, 1)
             self.assertRegex(said, r"node stall .*live\.stall_timeout of the graph is 500 ms")
@@ -260,6 +264,7 @@ class Pages(CommandTest):
             looker.take_for(1.0)
             self.assertEqual(looker.stream("commanded")[-1][1][2], 0.0)
             self.assertEqual(looker.hello["causes"][int(looker.stream("safety")[-1][1][1])], "dead_man")
+            self.assertEqual(looker.last("status")["hold"], "page_gone")
             # Who comes back holding gets nothing, until it lets go.
             looker.say(type="control")
             looker.wait_for(lambda p: p.last("status")["in_control"] == p.hello["client"])
@@ -277,6 +282,7 @@ class Pages(CommandTest):
             self.assertEqual(page.stream("commanded")[-1][1][2], 0.0)
             self.hold(page, down, True, 0.5)
             self.assertEqual(page.stream("commanded")[-1][1][2], 0.0, "coming back is disengaged")
+            self.assertEqual(page.last("status")["hold"], "silent")
             self.hold(page, down, False, 0.1)
             page.wait_for(lambda p: abs(p.stream("commanded")[-1][1][2]) > 0.3, 15, (down, True))
             page.close()
@@ -298,7 +304,7 @@ class Pages(CommandTest):
             second.say(type="stop")
             with self.assertRaises(Closed):
                 first.take_for(10)
-            self.assertIsNotNone(first.last("ended"))
+            self.assertEqual(first.last("ended")["end"], "stopped")
 
     def test_parameters_are_set_and_refused(self):
         with View(TACTOR, SCENE) as view:

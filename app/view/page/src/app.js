@@ -11,7 +11,7 @@ export const dark_query = window.matchMedia('(prefers-color-scheme: dark)');
 export const app = {
   hello: null, status: null, store: null, scene: null, cursor: null, knobs: null, methods: null, diagram: null, guide: null, replay: null,
   connection: null, feel: new Feel(), timeline: new Timeline(), charts: [], force_chart: null, meshes: [], told: [], marks: [],
-  values: {}, base_values: {}, followed: -1, message: null, ended: false, complete: false, quantity: 'force', axis: 'norm',
+  values: {}, base_values: {}, followed: -1, followed_status: null, released: null, end: null, message: null, ended: false, complete: false, quantity: 'force', axis: 'norm',
   experiment: null, counters: { frames_drawn: 0, samples_taken: {}, acks: 0, last_frame: 0, inputs: 0, chart_ms: 0 },
   fps: 0, lag: 0, drawn_times: [], offset: Infinity, peak: 0, shown_sets: new Map(), error: null,
 };

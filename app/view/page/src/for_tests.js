@@ -4,6 +4,7 @@ import { draw_strip } from './charts.js';
 import { make } from './dom.js';
 import { draw_scene } from './frame.js';
 import { moved } from './page_charts.js';
+import { without_words } from './release.js';
 
 /**
  * Pictures of the scene with the force below, for animations.
@@ -48,6 +49,9 @@ window.tactor = {
   /** How many samples of each stream came too late to be shown, where any did. */
   get unordered() { return Object.fromEntries((app.store?.streams ?? []).filter((s) => s.unordered).map((s) => [s.told.name, s.unordered])); },
   get lag_s() { return app.lag; },
+  /** What released the force and how to engage again, as it is shown, or null. */
+  get released() { return app.released ?? null; },
+  get without_words() { return without_words(app.hello); },
   get error() { return app.error; },
   get held() { return Boolean(app.cursor?.held); },
   get target() { return app.cursor ? app.cursor.p.toArray() : null; },

@@ -32,8 +32,9 @@ export function take_text(message) {
       break;
     case 'ended':
       app.ended = true;
+      app.end = message.end ?? 'over';
       by_id('stop').disabled = true;
-      no_safety('the run has ended');
+      no_safety('ended');
       tell(`The run has ended: ${message.why}. The charts stay.`, { plain: true });
       break;
     default: // a newer server may say more
@@ -108,6 +109,7 @@ export function follow(time) {
     app.knobs?.told(name, value);
     app.methods?.told(name, value);
   }
+  app.followed_status = status;
   if (status) app.diagram?.update(status);
   show_felt(status?.reference);
 }

@@ -72,7 +72,7 @@ if (recording) {
     binary: take_binary,
     closed: (why) => {
       if (!app.ended || /could not/.test(why)) tell(app.hello?.mode === 'replay' && app.complete ? 'The server is gone; the recording stays.' : why, { again: true });
-      if (app.hello?.mode === 'live' && !app.ended) no_safety('no connection');
+      if (app.hello?.mode === 'live' && !app.ended) no_safety('not connected');
       by_id('stop').disabled = true;
       app.knobs?.enable(false);
       app.methods?.enable(false);

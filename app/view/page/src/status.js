@@ -1,12 +1,7 @@
 // Tells force, safety and how the run goes in words and bars.
 import { app, force_max, in_control, recording, shown_time } from './app.js';
 import { by_id, set_text, show, span } from './dom.js';
-
-const CAUSES = {
-  none: '', not_finite: 'the force was not a number', overspeed: 'the device moved too fast', read_failed: 'the device could not be read',
-  write_failed: 'the device took no force', time_reversed: 'time went back', dead_man: 'not held', stale: 'no fresh force',
-  not_permitted: 'the run starts or stops', no_segment: 'no force yet', device_not_ready: 'the device is not ready', time_gap: 'a gap in time',
-};
+import { release_of } from './release.js';
 
 export function show_force(force, now) {
   const part = Math.min(1, force / force_max());
@@ -19,9 +14,29 @@ export function show_force(force, now) {
   by_id('force-bar').setAttribute('aria-valuenow', force.toFixed(2));
 }
 
-export function no_safety(why) {
+/** Says why there is no force, where there is none. @param {import('./release.js').Release | null} release */
+function show_release(release) {
+  app.released = release;
+  show(by_id('release'), Boolean(release));
+  if (!release) return;
+  set_text(by_id('release-what'), release.what);
+  set_text(by_id('release-again'), release.again);
+}
+
+/** There is no run any more: it has ended, or the connection to it is lost. @param {string} word for the badge */
+export function no_safety(word) {
   by_id('safety').dataset.state = 'unknown';
-  set_text(by_id('safety'), why);
+  set_text(by_id('safety'), word);
+  show_release(release_of({ connected: false, end: app.end }));
+}
+
+/** The words of the enumerations of `hello` for a row of the stream `safety`. */
+function safety_at(safety, time) {
+  const i = app.replay ? safety.find(time) : safety.end - 1;
+  if (i < safety.start || !safety.size) return null;
+  const row = safety.row(i);
+  return { engagement: app.hello.engagements?.[row[safety.column.engagement]] ?? 'unknown', cause: app.hello.causes?.[row[safety.column.cause]] ?? 'none',
+    gain: row[safety.column.gain] };
 }
 
 export function show_safety(time) {
@@ -32,15 +47,19 @@ export function show_safety(time) {
     show(badge, false);
     return;
   }
-  const i = app.replay ? safety.find(time) : safety.end - 1;
-  if (i < safety.start || !safety.size) return;
-  const row = safety.row(i);
-  const state = app.hello.engagements?.[row[safety.column.engagement]] ?? 'unknown';
-  const cause = app.hello.causes?.[row[safety.column.cause]] ?? '';
-  const words = CAUSES[cause] ?? cause.replaceAll('_', ' ');
-  const gain = row[safety.column.gain];
-  badge.dataset.state = state;
-  set_text(badge, `${state}${state === 'ramping' && gain !== undefined ? ` ${Math.round(100 * gain)} %` : ''}${words ? `: ${words}` : ''}`);
+  const shown = safety_at(safety, time);
+  if (!shown) return;
+  const { engagement, cause, gain } = shown;
+  badge.dataset.state = engagement;
+  set_text(badge, engagement === 'ramping' && gain !== undefined ? `ramping ${Math.round(100 * gain)} %` : engagement);
+  const status = app.replay ? app.followed_status : app.status;
+  const leads = status?.in_control === undefined || status.in_control === app.hello.client;
+  // The page knows before the server tells it that its user has let go.
+  const hold = status?.hold === 'held' && app.cursor && !app.cursor.held ? 'let_go' : status?.hold;
+  const release = release_of({ engagement, cause, connected: true, phase: status?.phase, hold,
+    stalled: (app.hello.nodes ?? []).filter((_, i) => status?.nodes?.[i]?.stalled).map((node) => node.name),
+    control: app.replay || leads ? 'me' : status.in_control ? 'other' : 'nobody' });
+  show_release(release && app.replay ? { ...release, again: '' } : release);
 }
 
 export function show_status() {
