@@ -91,7 +91,7 @@ export function make_scene() {
   if (app.store.role('physics')) layers.push(['physics', 'physics force', false]);
   for (const [name, label, shown] of layers) {
     const box = make('input', { type: 'checkbox', id: `show-${name}`, checked: shown, on: { change: () => app.scene.show(name, box.checked) } });
-    by_id('layers').append(make('label', { class: 'inline' }, [box, ...(/commanded|contacts|physics|patch/.test(name) ? [make('span', { class: `swatch ${name}` })] : []), label]));
+    by_id('layers').append(make('label', { class: 'inline' }, [box, ...(/handle|commanded|contacts|physics|patch/.test(name) ? [make('span', { class: `swatch ${name}` })] : []), label]));
     app.scene.show(name, shown);
   }
   const base = app.scene.force_scale;

@@ -2,14 +2,6 @@
 import uPlot from 'uplot';
 import { column_grid, column_times, decimate } from './decimate.js';
 
-/** Okabe-Ito colours, which colour-blind readers can tell apart. */
-export const COLOURS = {
-  physics: '#0072b2', predicted: '#cc79a7', interpolated: '#009e73', commanded: '#d55e00', reference: '#9aa3ac',
-  delay: '#0072b2', rate: '#0072b2', contacts: '#009e73', p50: '#009e73', p99: '#e69f00', max: '#d55e00',
-};
-const DARK = { reference: '#7d8791', physics: '#56b4e9', rate: '#56b4e9', delay: '#56b4e9' };
-export const colour_of = (name, dark) => (dark && DARK[name]) || COLOURS[name] || '#777777';
-
 /** What part of time all charts show. */
 export class Timeline {
   constructor() {

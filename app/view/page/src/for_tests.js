@@ -62,6 +62,12 @@ window.tactor = {
     const stream = app.store?.by_name.get(name);
     return stream?.size ? { time: stream.last_time, values: Array.from(stream.row(stream.end - 1)) } : null;
   },
+  /** The colours of the force and the tool, as #rrggbb: of the arrow, the curve and the body. */
+  get colours() {
+    const { arrows, materials } = app.scene;
+    return { arrow: `#${arrows.commanded.shaft.material.color.getHexString()}`, curve: app.force_chart.curves.find((curve) => curve.role === 'commanded').colour,
+      tool: `#${materials.tool.color.getHexString()}` };
+  },
   /** A point of the world in client pixels. */
   project: (x, y, z) => app.scene?.project(x, y, z),
   seek: (time) => app.replay?.seek(time),

@@ -1,6 +1,7 @@
 // The charts of the page: which there are, what part of time they show, and when each is drawn again.
 import { app, dark_query, recording } from './app.js';
-import { Chart, colour_of } from './charts.js';
+import { Chart } from './charts.js';
+import { colour_of, dress_page } from './colours.js';
 import { by_id, make, show } from './dom.js';
 
 const STAGES = ['reference', 'physics', 'predicted', 'interpolated', 'commanded']; // later ones are drawn over earlier ones
@@ -38,6 +39,7 @@ export function make_charts() {
 
 function dress_charts() {
   const dark = dark_query.matches;
+  dress_page(dark);
   for (const chart of app.charts) {
     for (const curve of chart.curves) curve.colour = colour_of(curve.role, dark);
     chart.set_dark(dark);

@@ -5,17 +5,14 @@ import {
   MeshLambertMaterial, PerspectiveCamera, PlaneGeometry, Quaternion, Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer, WireframeGeometry,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import { colour_of } from './colours.js';
 import { DeformingSurface, mesh_geometry, wires_of } from './geometry.js';
 
-/** Colours of the scene, light and dark. */
+/** Colours of the scene that no curve has, light and dark. */
 const THEMES = {
-  light: { background: 0xf3f5f7, still: 0xa9b6c4, tool: 0xe0a030, moving: 0x86a8c8, soft: 0xc98a80, plane: 0xdfe4e8, grid: 0xc3cad1, handle: 0x30363d, spring: 0x30363d },
-  dark: { background: 0x14181c, still: 0x7e8b99, tool: 0xd9962a, moving: 0x5d84a8, soft: 0xa8665c, plane: 0x22282e, grid: 0x343c44, handle: 0xc9d1d9, spring: 0xe6edf3 },
+  light: { background: 0xf3f5f7, still: 0xa9b6c4, moving: 0x86a8c8, soft: 0xc98a80, plane: 0xdfe4e8, grid: 0xc3cad1 },
+  dark: { background: 0x14181c, still: 0x7e8b99, moving: 0x5d84a8, soft: 0xa8665c, plane: 0x22282e, grid: 0x343c44 },
 };
-const CONTACT = 0xd55e00;
-const PATCH = 0xcc79a7;
-const COMMANDED = 0xd55e00;
-const PHYSICS = 0x0072b2;
 
 const Z = new Vector3(0, 0, 1);
 const Y = new Vector3(0, 1, 0);
@@ -28,9 +25,9 @@ function set_pose(object, pose, at = 0) {
 
 /** An arrow along a vector: a shaft and a tip. */
 class Arrow {
-  constructor(colour) {
+  constructor() {
     this.group = new Group();
-    const material = new MeshBasicMaterial({ color: colour, depthTest: false }); // seen through the tool
+    const material = new MeshBasicMaterial({ depthTest: false }); // seen through the tool
     const shaft = new CylinderGeometry(1, 1, 1, 10, 1).translate(0, 0.5, 0);
     const tip = new ConeGeometry(1, 1, 14).translate(0, -0.5, 0);
     this.shaft = new Mesh(shaft, material);
@@ -127,14 +124,14 @@ export class SceneView {
     add('handle', this.make_handle(meshes));
     const dot = this.radius * 0.012;
     const contacts = add('contacts', new Group());
-    this.contact_points = new Swarm(new SphereGeometry(dot, 8, 6), new MeshBasicMaterial({ color: CONTACT, depthTest: false }), contacts);
-    this.contact_normals = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: CONTACT, depthTest: false }));
+    this.contact_points = new Swarm(new SphereGeometry(dot, 8, 6), new MeshBasicMaterial({ depthTest: false }), contacts);
+    this.contact_normals = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ depthTest: false }));
     this.contact_normals.frustumCulled = false;
     contacts.add(this.contact_normals);
     contacts.renderOrder = 2;
     this.patch_discs = new Swarm(new CircleGeometry(this.radius * 0.022, 12),
-      new MeshBasicMaterial({ color: PATCH, side: DoubleSide, transparent: true, opacity: 0.75 }), add('patch', new Group()));
-    this.arrows = { commanded: new Arrow(COMMANDED), physics: new Arrow(PHYSICS) };
+      new MeshBasicMaterial({ side: DoubleSide, transparent: true, opacity: 0.75 }), add('patch', new Group()));
+    this.arrows = { commanded: new Arrow(), physics: new Arrow() };
     add('commanded', new Group()).add(this.arrows.commanded.group);
     add('physics', new Group(), false).add(this.arrows.physics.group);
     this.spring = new Line(new BufferGeometry().setAttribute('position', new BufferAttribute(new Float32Array(6), 3)), new LineBasicMaterial());
@@ -316,11 +313,13 @@ export class SceneView {
   set_dark(dark) {
     const theme = THEMES[dark ? 'dark' : 'light'];
     this.three.background = new Color(theme.background);
-    for (const name of ['still', 'tool', 'moving', 'soft', 'plane']) this.materials[name].color.set(theme[name]);
+    for (const name of ['still', 'moving', 'soft', 'plane']) this.materials[name].color.set(theme[name]);
+    this.materials.tool.color.set(colour_of('tool', dark));
     this.ground.material.color.set(theme.grid);
-    this.handle.material.color.set(theme.handle);
-    this.spring.material.color.set(theme.spring);
-    this.target_dot.material.color.set(theme.spring);
+    for (const { material } of [this.handle, this.spring, this.target_dot]) material.color.set(colour_of('hand', dark));
+    for (const { material } of [this.contact_points, this.contact_normals]) material.color.set(colour_of('contacts', dark));
+    this.patch_discs.material.color.set(colour_of('patch', dark));
+    for (const [role, arrow] of Object.entries(this.arrows)) arrow.shaft.material.color.set(colour_of(role, dark));
     this.changed = true;
   }
 
