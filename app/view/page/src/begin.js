@@ -42,7 +42,7 @@ export function begin() {
   }
   if (hello.parameters.length && !app.experiment) {
     show(by_id('knobs'), true);
-    app.knobs = new Knobs(by_id('knobs'), hello.parameters, set_parameter);
+    app.knobs = new Knobs(by_id('knobs'), hello.parameters, set_parameter, hello.methods?.parameter);
   }
   if (hello.nodes?.length) {
     show(by_id('graph'), true);

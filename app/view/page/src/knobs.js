@@ -3,6 +3,27 @@ import { make, set_text } from './dom.js';
 
 const STEPS = 1000;
 const THROTTLE = 50; // ms: at most 20 changes a second while sliding
+const MOST_FIRST = 5;
+
+const node_of = (name) => name.slice(0, Math.max(0, name.indexOf('.')));
+
+/**
+ * The parameters that are shown before somebody asks for all: of each node the one that it declares first, then the second of each and so
+ * on. Nodes declare what matters most first, and come in the order of the graph.
+ * @param {string[]} names `node.parameter`, as in hello
+ * @param {string} [elsewhere] one that the page shows at another place
+ * @returns {Set<string>}
+ */
+export function first_parameters(names, elsewhere) {
+  const places = new Map(); // how many of a node came before
+  const ranked = names.filter((name) => name !== elsewhere).map((name, i) => {
+    const place = places.get(node_of(name)) ?? 0;
+    places.set(node_of(name), place + 1);
+    return { name, place, i };
+  });
+  ranked.sort((a, b) => a.place - b.place || a.i - b.i);
+  return new Set(ranked.slice(0, MOST_FIRST).map(({ name }) => name));
+}
 
 /** The bounds of a slider: those of the parameter; where it has none, ten times its value. */
 export function slider_bounds({ min, max, value }) {
@@ -34,22 +55,43 @@ export function is_log({ min, max, kind }) {
 const written = (value) => (typeof value === 'number' ? String(+value.toPrecision(6)) : String(value));
 
 export class Knobs {
-  /** @param {HTMLElement} parent @param {object[]} parameters of hello @param {function(string, string): void} set */
-  constructor(parent, parameters, set) {
+  /**
+   * @param {HTMLElement} parent
+   * @param {object[]} parameters of hello
+   * @param {function(string, string): void} set
+   * @param {string} [elsewhere] the parameter that buttons of the page set
+   */
+  constructor(parent, parameters, set, elsewhere) {
+    this.parent = parent;
     this.set = set;
+    this.first = first_parameters(parameters.map(({ name }) => name), elsewhere);
     this.knobs = new Map();
     const groups = new Map();
     for (const parameter of parameters) {
-      const dot = parameter.name.indexOf('.');
-      const node = dot > 0 ? parameter.name.slice(0, dot) : '';
+      const node = node_of(parameter.name);
       if (!groups.has(node)) groups.set(node, []);
       groups.get(node).push(parameter);
     }
     for (const [node, members] of groups) {
       const group = make('fieldset', { class: 'group' }, node ? [make('legend', { text: node })] : []);
       for (const parameter of members) group.append(this.make_knob(parameter, node));
+      group.classList.toggle('more', members.every(({ name }) => !this.first.has(name)));
       parent.append(group);
     }
+    if (this.first.size === parameters.length) return;
+    this.button = make('button', { type: 'button', class: 'plain', id: 'all-knobs', on: { click: () => this.fold(!this.folded) } });
+    parent.querySelector('h2').append(this.button);
+    this.count = parameters.length;
+    this.fold(true);
+  }
+
+  /** Shows the first parameters alone, or all. */
+  fold(folded) {
+    if (!this.button) return;
+    this.folded = folded;
+    this.parent.classList.toggle('folded', folded);
+    this.button.setAttribute('aria-expanded', String(!folded));
+    set_text(this.button, folded ? `all ${this.count}` : 'fewer');
   }
 
   make_knob(parameter, node) {
@@ -61,7 +103,7 @@ export class Knobs {
     const knob = { parameter, value: parameter.value, last: 0, timer: 0, busy: false };
     knob.message = make('div', { class: 'refused', role: 'alert' });
     const change = (value, sliding) => this.change(knob, value, sliding);
-    const row = make('div', { class: 'knob', title }, [make('label', { for: id, text: label })]);
+    const row = make('div', { class: this.first.has(name) ? 'knob' : 'knob more', title }, [make('label', { for: id, text: label })]);
     if (kind === 'choice') {
       knob.input = make('select', { id, on: { change: () => change(knob.input.value) } }, parameter.choices.map((choice) => make('option', { value: choice, text: choice })));
       row.append(knob.input);
@@ -122,6 +164,7 @@ export class Knobs {
     const knob = this.knobs.get(name);
     if (!knob) return;
     set_text(knob.message, message);
+    if (!this.first.has(name)) this.fold(false);
     this.show(knob, true);
   }
 

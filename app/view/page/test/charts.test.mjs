@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Timeline } from '../src/charts.js';
 import { column_grid, column_times, decimate } from '../src/decimate.js';
-import { from_slider, is_log, to_slider } from '../src/knobs.js';
+import { first_parameters, from_slider, is_log, to_slider } from '../src/knobs.js';
 import { Rows, Store } from '../src/store.js';
 
 const FORCE = { role: 'physics', name: 'f', columns: ['x', 'y', 'z'].map((axis) => ({ name: `force.${axis}`, unit: 'N' })) };
@@ -76,6 +76,12 @@ test('a store takes sections of rows and sets', () => {
   assert.deepEqual([store.now, store.begin, store.taken.c, store.taken.p], [0.02, 0.001, 2, 1]);
   assert.deepEqual([...store.role('patch').row(store.role('patch').find(1))], [7]);
   assert.equal(store.role('patch').find(0.005), -1);
+});
+
+test('the first parameters are those that nodes declare first', () => {
+  const names = ['device.force_max', 'device.torque_max', 'coupling.k_0', 'coupling.m_0', 'coupling.a', 'select.use', 'select.blend_time'];
+  assert.deepEqual([...first_parameters(names, 'select.use')], ['device.force_max', 'coupling.k_0', 'select.blend_time', 'device.torque_max', 'coupling.m_0']);
+  assert.deepEqual([...first_parameters(['a.x', 'a.y'])], ['a.x', 'a.y']);
 });
 
 test('sliders go by decades where both bounds are positive and far apart', () => {
