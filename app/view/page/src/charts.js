@@ -1,6 +1,6 @@
 // Charts over time with uPlot: a sliding window, pause, zoom, and curves of different rates on one axis of pixel columns.
 import uPlot from 'uplot';
-import { column_grid, column_times, decimate } from './decimate.js';
+import { column_grid, column_times, decimate, leave_out } from './decimate.js';
 
 /** What part of time all charts show. */
 export class Timeline {
@@ -39,6 +39,8 @@ export class Chart {
     this.hidden = new Set(spec.curves.filter((curve) => curve.shown === false).map((curve) => curve.label));
     this.data = [[], ...spec.curves.map(() => [])];
     this.head = null;
+    this.range = [0, 1]; // s, what is drawn
+    this.last = 0; // s, the newest time
     this.observer = new ResizeObserver(() => this.fit());
     this.observer.observe(parent);
     if (typeof IntersectionObserver !== 'undefined') {
@@ -79,7 +81,7 @@ export class Chart {
       series: [
         { label: 't', value: (_, v) => (v == null ? '' : `${v.toFixed(3)} s`) },
         ...this.curves.map((curve) => ({
-          label: curve.label, stroke: curve.colour, width: curve.width ?? 1.5, dash: curve.dash, spanGaps: true, show: !this.hidden.has(curve.label),
+          label: curve.label, stroke: curve.colour, width: curve.width ?? 1.5, dash: curve.dash, spanGaps: false, gaps: (plot) => this.gaps_in_pixels(plot, curve), show: !this.hidden.has(curve.label),
           points: { show: false }, value: (_, v) => (v == null ? '' : `${v.toPrecision(3)} ${spec.unit}`),
         })),
       ],
@@ -104,6 +106,13 @@ export class Chart {
       this.events.pick(this.plot.posToVal(event.clientX - box.left, 'x'));
     });
     this.fit();
+  }
+
+  /** Where a curve has no samples. Columns without one between samples are no gap. */
+  gaps_in_pixels({ bbox, valToPos }, curve) {
+    const x_of = (time) => Math.min(bbox.left + bbox.width, Math.max(bbox.left, valToPos(time, 'x', true)));
+    const [from, to] = this.range;
+    return curve.rows.gaps_until(this.last).filter((gap) => gap[1] > from && gap[0] < to).map((gap) => [x_of(gap[0]), x_of(Math.min(gap[1], to))]);
   }
 
   selected(plot) {
@@ -188,6 +197,8 @@ export class Chart {
     const begin = performance.now();
     this.head = head;
     const [from, to] = this.timeline.range(now);
+    this.range = [from, to];
+    this.last = last;
     const grid = column_grid(from, to, Math.min(1400, Math.max(50, this.plot.over.clientWidth)));
     column_times(grid, this.data[0]);
     this.curves.forEach((curve, i) => {
@@ -199,6 +210,7 @@ export class Chart {
         return;
       }
       decimate(curve.rows, offset, grid.t0, grid.dt, grid.columns, Boolean(curve.step), last, out);
+      leave_out(curve.rows.gaps_until(last), grid, out);
       if (curve.scale) for (let k = 0; k < out.length; ++k) if (out[k] !== null) out[k] *= curve.scale;
     });
     this.plot.batch(() => {
@@ -233,6 +245,7 @@ export function draw_strip(context, box, curves, range, now, dark) {
   const lines = curves.map((curve) => {
     const out = [];
     decimate(curve.rows, curve.rows.column[curve.column], grid.t0, grid.dt, grid.columns, Boolean(curve.step), now, out);
+    leave_out(curve.rows.gaps_until(now), grid, out);
     return out;
   });
   const times = [];
@@ -280,12 +293,14 @@ export function draw_strip(context, box, curves, range, now, dark) {
     context.setLineDash(curves[k].dash ?? []);
     context.lineWidth = curves[k].width ?? 1.5;
     context.beginPath();
-    let begun = false;
+    const gaps = curves[k].rows.gaps_until(now);
+    let before = null; // s, of the point before
     for (let i = 0; i < line.length; ++i) {
       if (line[i] === null || times[i] > now + grid.dt) continue;
-      if (begun) context.lineTo(x_of(times[i]), y_of(line[i]));
-      else context.moveTo(x_of(times[i]), y_of(line[i]));
-      begun = true;
+      const is_apart = before === null || gaps.some(([from, to]) => before <= from + grid.dt && times[i] >= to - grid.dt);
+      if (is_apart) context.moveTo(x_of(times[i]), y_of(line[i]));
+      else context.lineTo(x_of(times[i]), y_of(line[i]));
+      before = times[i];
     }
     context.stroke();
     context.fillRect(x, box.y + 8, 12, 3);

@@ -73,6 +73,20 @@ export function decimate(rows, offset, t0, dt, columns, step, until, out) {
 }
 
 /**
+ * Takes out what lies in gaps: a value does not hold through one.
+ * @param {[number, number][]} gaps s, as Rows.gaps_until gives them
+ * @param {{t0: number, dt: number, columns: number}} grid
+ * @param {(number | null)[]} out as `decimate` fills it
+ */
+export function leave_out(gaps, { t0, dt, columns }, out) {
+  for (const [from, to] of gaps) {
+    const first = Math.max(0, Math.floor((from - t0) / dt) + 1);
+    const last = Math.min(columns, Math.floor((to - t0) / dt));
+    for (let c = first; c < last; ++c) out[2 * c] = out[2 * c + 1] = null;
+  }
+}
+
+/**
  * The columns of a chart for the times t0 to t1, at multiples of their width so that a sliding chart does not flicker.
  * @returns {{t0: number, dt: number, columns: number}}
  */

@@ -68,6 +68,20 @@ window.tactor = {
     return { arrow: `#${arrows.commanded.shaft.material.color.getHexString()}`, curve: app.force_chart.curves.find((curve) => curve.role === 'commanded').colour,
       tool: `#${materials.tool.color.getHexString()}` };
   },
+  /** The gaps of a stream, [from, to] in s. */
+  gaps: (name) => app.store.by_name.get(name).gaps_until(app.store.now),
+  /** How many pixels of the large chart have the colour of a curve between two times in s, without 2 pixels at each side. */
+  drawn(label, from, to) {
+    const { plot, curves } = app.force_chart;
+    const [red, green, blue] = [1, 3, 5].map((i) => parseInt(curves.find((curve) => curve.label === label).colour.slice(i, i + 2), 16));
+    const left = Math.ceil(plot.valToPos(from, 'x', true)) + 2;
+    const width = Math.floor(plot.valToPos(to, 'x', true)) - 2 - left;
+    if (!(width > 0)) return null;
+    const { data } = plot.ctx.getImageData(left, plot.bbox.top, width, plot.bbox.height);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4) if (Math.hypot(data[i] - red, data[i + 1] - green, data[i + 2] - blue) < 40) ++count;
+    return count;
+  },
   /** A point of the world in client pixels. */
   project: (x, y, z) => app.scene?.project(x, y, z),
   seek: (time) => app.replay?.seek(time),

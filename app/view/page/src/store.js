@@ -4,6 +4,12 @@ import { SET_ROLES } from './messages.js';
 /** How much of a live run is kept, in s. */
 export const LIVE_HISTORY = 60;
 
+/** Between samples of a stream is a gap where they are further apart than so many of its periods, and than so long, in s. Physics takes
+ * as long as it takes: a result of it is late once it is older than the gate's stale_after usually is. */
+const GAP_PERIODS = 5;
+const LEAST_GAP = { regular: 0.02, other: 0.1 };
+const REGULAR = new Set(['interpolated', 'commanded', 'reference']);
+
 /** The last index below `end` whose time is at most t, or `start` - 1. */
 export function find_last(times, start, end, t) {
   let low = start;
@@ -34,6 +40,9 @@ export class Rows {
     this.start = 0;
     this.end = 0;
     this.unordered = 0; // rows that came with a time before the one before; they are left out
+    this.period = 0; // s, usual time between samples
+    this.least_gap = REGULAR.has(told.role) ? LEAST_GAP.regular : LEAST_GAP.other;
+    this.gaps = []; // [from, to] in s, of missing samples
     this.times = new Float64Array(1024);
     this.values = new Float32Array(1024 * this.stride);
   }
@@ -58,11 +67,32 @@ export class Rows {
         const gap = this.end > this.start ? t - this.times[this.end - 1] : 0;
         this.values[to + this.rate] = gap > 0 ? 1 / gap : NaN;
       }
+      if (this.end > this.start) this.look_for_gap(this.times[this.end - 1], t);
       this.times[this.end++] = t;
     }
     if (this.end === this.start) return;
     const oldest = this.times[this.end - 1] - this.history;
     while (this.times[this.start] < oldest) ++this.start;
+    while (this.gaps.length && this.gaps[0][1] < oldest) this.gaps.shift();
+  }
+
+  /** From when on a sample after one is late, in s. */
+  get longest_gap() {
+    return Math.max(GAP_PERIODS * this.period, this.least_gap);
+  }
+
+  look_for_gap(from, to) {
+    const passed = to - from;
+    const longest = this.longest_gap;
+    if (this.period > 0 && passed > longest) this.gaps.push([from, to]);
+    // A stream that has become slower is followed, a single gap hardly counts.
+    this.period = this.period > 0 ? this.period + (Math.min(passed, 2 * longest) - this.period) / 16 : passed;
+  }
+
+  /** The gaps at `now`, in s: also the one that goes on. @param {number} now s @returns {[number, number][]} */
+  gaps_until(now) {
+    if (!this.size || !(this.period > 0) || now - this.last_time <= this.longest_gap) return this.gaps;
+    return [...this.gaps, [this.last_time, Infinity]];
   }
 
   make_room() {

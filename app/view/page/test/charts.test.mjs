@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
 import { Timeline } from '../src/charts.js';
-import { column_grid, column_times, decimate } from '../src/decimate.js';
+import { column_grid, column_times, decimate, leave_out } from '../src/decimate.js';
 import { first_parameters, from_slider, is_log, to_slider } from '../src/knobs.js';
 import { Rows, Store } from '../src/store.js';
 
@@ -67,6 +67,43 @@ test('five curves of 10 s at 1 kHz are reduced in time for a redraw', () => {
   const begin = performance.now();
   for (let i = 0; i < 100; ++i) decimate(rows, 0, 0, 0.0125, 800, false, 10, out);
   assert.ok((performance.now() - begin) / 20 < 20, 'ms for five curves');
+});
+
+/** Rows of a role with samples at these times in s. */
+function sampled(role, times) {
+  const rows = new Rows({ ...FORCE, role }, Infinity);
+  rows.append(times, times.flatMap(() => [1, 0, 0]));
+  return rows;
+}
+const every = (dt, from, to) => Array.from({ length: Math.round((to - from) / dt) }, (_, i) => from + i * dt);
+
+test('missing samples are a gap, a missed tick is none', () => {
+  const rows = sampled('commanded', [...every(0.001, 0, 1), ...every(0.001, 1.004, 2), ...every(0.001, 2.5, 3)]);
+  assert.deepEqual(rows.gaps.map((gap) => gap.map((t) => Number(t.toFixed(3)))), [[1.999, 2.5]]);
+});
+
+test('slow and uneven physics has no gaps', () => {
+  assert.deepEqual(sampled('physics', every(0.05, 0, 5)).gaps, []);
+  assert.deepEqual(sampled('physics', [...every(0.001, 0, 1), ...every(0.04, 1, 3)]).gaps, []);
+});
+
+test('a stream that has become slower is followed', () => {
+  assert.ok(sampled('commanded', [...every(0.001, 0, 1), ...every(0.05, 1, 11)]).gaps.every((gap) => gap[1] < 3));
+});
+
+test('a gap goes on until the next sample', () => {
+  const rows = sampled('commanded', every(0.001, 0, 1));
+  assert.deepEqual(rows.gaps_until(1.01), []);
+  assert.deepEqual(rows.gaps_until(1.5).map((gap) => gap[1]), [Infinity]);
+});
+
+test('no value is held through a gap', () => {
+  const rows = sampled('physics', [...every(0.01, 0, 1), ...every(0.01, 2, 3)]);
+  const out = [];
+  const grid = column_grid(0, 3, 30);
+  decimate(rows, rows.column['force.norm'], grid.t0, grid.dt, grid.columns, true, 3, out);
+  leave_out(rows.gaps_until(3), grid, out);
+  assert.deepEqual([5, 12, 17, 25].map((c) => out[2 * c + 1]), [1, null, null, 1]);
 });
 
 test('a store takes sections of rows and sets', () => {
