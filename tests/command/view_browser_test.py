@@ -1,6 +1,7 @@
 """The view in a real browser: drag the tool, switch the method, turn a knob, stop; replay, scrub, save, open offline; block, close."""
 import json
 import pathlib
+import re
 import shutil
 import tempfile
 import time
@@ -202,6 +203,62 @@ class Browser(CommandTest):
             self.let_go()
             self.until_released("You let go", "Press on the tool")
             looker.close()
+            # What the page did not get while it was blocked is no line.
+            self.browser.execute_script("const s = document.getElementById('window'); s.value = '30'; s.dispatchEvent(new Event('change'));")
+            self.until("window.tactor.drawn('commanded', window.tactor.time - 1, window.tactor.time) > 0")
+            begin, end = max(self.js("window.tactor.gaps('device.commanded')"), key=lambda gap: gap[1] - gap[0])
+            self.assertGreater(end - begin, 2)
+            for curve in ("commanded", "interpolated", "physics"):
+                self.assertEqual(self.js(f"window.tactor.drawn('{curve}', {begin}, {end})"), 0, curve)
+
+    # How many names of curves are seen as a whole.
+    NAMES_INSIDE = """(() => {
+      const chart = document.getElementById('force-chart').getBoundingClientRect();
+      const inside = (name) => { const r = name.getBoundingClientRect(); return r.width > 0 && r.right <= chart.right && r.bottom <= chart.bottom; };
+      return [...document.querySelectorAll('#force-chart .u-legend th')].filter((name) => inside(name) && name.scrollWidth <= name.clientWidth).length;
+    })()"""
+
+    def sees(self, selector):
+        return self.js("[...document.querySelectorAll(arguments[0])].filter(e => e.offsetParent !== null).length", selector)
+
+    def assert_colours(self):
+        """Force and tool have each one colour: arrow, curve, bar and legend."""
+        style = lambda selector: "#" + "".join(f"{int(c):02x}" for c in re.findall(r"\d+", self.js(  # noqa: E731
+            f"getComputedStyle(document.querySelector('{selector}')).backgroundColor"))[:3])
+        colours = self.js("window.tactor.colours")
+        force = {colours["arrow"], colours["curve"], style("#force-fill"), style(".swatch.commanded")}
+        tool = {colours["tool"], style(".swatch.handle")}
+        self.assertEqual((len(force), len(tool)), (1, 1), f"{force} {tool}")
+        self.assertFalse(force & tool)
+        return force | tool
+
+    def test_the_page_fits_a_laptop_and_a_phone(self):
+        self.addCleanup(self.browser.execute_cdp_cmd, "Emulation.setEmulatedMedia", {"features": []})
+        self.addCleanup(self.browser.execute_cdp_cmd, "Emulation.clearDeviceMetricsOverride", {})
+        with View(TACTOR, WALL, "--over", str(GRAPHS / "methods/side_by_side.yaml")) as view:
+            for width, height in ((1280, 800), (390, 844)):
+                with self.subTest(width=width):
+                    self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 700})
+                    self.open(view.url)
+                    # As it is while it is used: with the line on what a hand feels.
+                    self.until("window.tactor?.counters.frames_drawn > 1 && !document.getElementById('felt').hidden")
+                    scene = self.js("(() => { const r = document.getElementById('scene').getBoundingClientRect(); return [r.width, r.height, r.top, r.bottom]; })()")
+                    if width == 1280:
+                        self.assertGreaterEqual(scene[0] * scene[1], width * height / 2, scene)
+                        self.assertGreaterEqual(scene[2], 0)
+                        self.assertLessEqual(scene[3], height)
+                    self.assertLessEqual(self.js("document.documentElement.scrollWidth - innerWidth"), 0)
+                    self.assertEqual(self.js(self.NAMES_INSIDE), 5)
+            # Five parameters, and the others when somebody asks for them.
+            names = self.js("window.tactor.hello.parameters.map(p => p.name)")
+            self.assertEqual(self.sees("#knobs .knob"), 5)
+            self.browser.execute_script("document.getElementById('all-knobs').click()")
+            self.assertEqual(self.sees("#knobs .knob"), len(names))
+            light = self.assert_colours()
+            self.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": "dark"}]})
+            self.until(f"!{json.dumps(sorted(light))}.includes(window.tactor.colours.arrow)")
+            self.assertFalse(light & self.assert_colours())
+            self.assert_no_errors()
 
     def test_a_recording_is_replayed_scrubbed_saved_and_opened_offline(self):
         graph = self.write("duck.yaml", f"extends: {GRAPHS / 'wall/refit.yaml'}\nrecord: [device.commanded, device.state]\n")

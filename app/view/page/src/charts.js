@@ -82,7 +82,7 @@ export class Chart {
         { label: 't', value: (_, v) => (v == null ? '' : `${v.toFixed(3)} s`) },
         ...this.curves.map((curve) => ({
           label: curve.label, stroke: curve.colour, width: curve.width ?? 1.5, dash: curve.dash, spanGaps: false, gaps: (plot) => this.gaps_in_pixels(plot, curve), show: !this.hidden.has(curve.label),
-          points: { show: false }, value: (_, v) => (v == null ? '' : `${v.toPrecision(3)} ${spec.unit}`),
+          points: { show: false }, value: (_, v) => (v == null ? '' : v.toPrecision(3)),
         })),
       ],
       hooks: {
