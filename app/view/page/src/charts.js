@@ -27,8 +27,6 @@ export class Chart {
   /**
    * @param {HTMLElement} parent
    * @param {object} spec
-   * @param {string} spec.title
-   * @param {string} spec.unit
    * @param {Curve[]} spec.curves
    * @param {boolean} [spec.from_zero] the axis begins at 0
    * @param {Timeline} timeline
@@ -58,7 +56,6 @@ export class Chart {
     const grid = { stroke: this.dark ? '#2b3238' : '#e3e7ea', width: 1 };
     const ticks = { show: false };
     const font = '11px system-ui, sans-serif';
-    const { spec } = this;
     this.plot = new uPlot({
       ...this.size(),
       pxAlign: 0,

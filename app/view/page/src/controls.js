@@ -33,7 +33,6 @@ by_id('zoom-back').addEventListener('click', () => zoom(null));
 export const choose = () => {
   app.force_chart?.choose(`${app.quantity}.${app.axis}`);
   if (!app.force_chart) return;
-  app.force_chart.spec.unit = app.quantity === 'torque' ? 'N m' : 'N';
   set_text(document.querySelector('#force-chart h2'), app.quantity === 'torque' ? 'Torque by stage (N m)' : 'Force by stage (N)');
 };
 by_id('quantity').addEventListener('change', (event) => {

@@ -15,24 +15,24 @@ export function make_charts() {
   const present = STAGES.map((role) => store.role(role)).filter(Boolean);
   const curves = present.map((rows) => ({ rows, column: 'force.norm', label: rows.told.role, role: rows.told.role, colour: '', step: rows.told.role === 'physics',
     width: { reference: 3, commanded: 1.8 }[rows.told.role] ?? 1.3 }));
-  app.force_chart = new Chart(document.querySelector('#force-chart .plot'), { unit: 'N', curves, marks: true }, app.timeline, events);
+  app.force_chart = new Chart(document.querySelector('#force-chart .plot'), { curves, marks: true }, app.timeline, events);
   app.charts.push(app.force_chart);
   if (present.some((rows) => 'torque.norm' in rows.column)) show(by_id('quantity'), true);
-  const small = (title, unit, list, options = {}, doc = '') => {
+  const small = (title, list, options = {}, doc = '') => {
     if (!list.length) return;
     const plot = make('div', { class: 'plot' });
     by_id('charts').append(make('div', { class: 'chart' }, [make('div', { class: 'chart-head' }, [make('h2', { text: title, title: doc })]), plot]));
-    app.charts.push(new Chart(plot, { unit, curves: list, ...options }, app.timeline, events));
+    app.charts.push(new Chart(plot, { curves: list, ...options }, app.timeline, events));
   };
   const delay = store.role('delay');
-  if (delay) small('Delay (ms)', 'ms', [{ rows: delay, column: 'delay', label: 'delay', role: 'delay', scale: 1e3, step: true }], { from_zero: true },
+  if (delay) small('Delay (ms)', [{ rows: delay, column: 'delay', label: 'delay', role: 'delay', scale: 1e3, step: true }], { from_zero: true },
     'how old the device sample behind a physics result was when the result arrived');
   const physics = store.role('physics');
-  if (physics) small('Physics rate (Hz)', 'Hz', [{ rows: physics, column: 'rate', label: 'rate', role: 'rate', step: true }], { from_zero: true });
+  if (physics) small('Physics rate (Hz)', [{ rows: physics, column: 'rate', label: 'rate', role: 'rate', step: true }], { from_zero: true });
   const contacts = store.role('contact_count');
-  if (contacts) small('Contacts', '', [{ rows: contacts, column: 'contacts', label: 'contacts', role: 'contacts', step: true }], { from_zero: true });
+  if (contacts) small('Contacts', [{ rows: contacts, column: 'contacts', label: 'contacts', role: 'contacts', step: true }], { from_zero: true });
   if (app.hello.mode === 'live' || recording) {
-    small('Wake-up latency of the device since the start (µs)', 'µs', ['p50', 'p99', 'max'].map((column) => ({ rows: store.wakeup, column, label: column, role: column, scale: 1e6, step: true })), { from_zero: true });
+    small('Wake-up latency of the device since the start (µs)', ['p50', 'p99', 'max'].map((column) => ({ rows: store.wakeup, column, label: column, role: column, scale: 1e6, step: true })), { from_zero: true });
   }
   dress_charts();
 }
