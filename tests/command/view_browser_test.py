@@ -1,5 +1,6 @@
 """The view in a real browser: drag the tool, switch the method, turn a knob, stop; replay, scrub, save, open offline; block, close."""
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -14,6 +15,7 @@ from view_client import View
 if not MISSING:
     from selenium.webdriver.common.by import By
 
+BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", pathlib.Path(TACTOR).resolve().parents[1]))
 WALL = str(GRAPHS / "wall/scene.yaml")
 GEL = str(GRAPHS / "gel_cube/scene.yaml")
 
@@ -27,7 +29,7 @@ class Browser(CommandTest):
         super().setUpClass()
         cls.made = pathlib.Path(tempfile.mkdtemp(prefix="tactor-view-"))
         cls.addClassCleanup(shutil.rmtree, cls.made, ignore_errors=True)
-        cls.browser = open_browser(cls.made / "profile", cls.made, ("--window-size=1280,900",))
+        cls.browser = open_browser(cls.made / "profile", cls.made, ("--window-size=1000,700",))
         cls.browser.set_script_timeout(30)
         cls.addClassCleanup(cls.browser.quit)
 
@@ -211,6 +213,26 @@ class Browser(CommandTest):
             for curve in ("commanded", "interpolated", "physics"):
                 self.assertEqual(self.js(f"window.tactor.drawn('{curve}', {begin}, {end})"), 0, curve)
 
+    def test_the_page_says_who_is_in_control_and_that_the_connection_is_lost(self):
+        with View(TACTOR, WALL, "--no-reference") as view:
+            first = view.page()
+            self.open(view.url)
+            self.until_released("Another page is in control", "Close that page")
+            first.close()
+            self.until_released("was closed", "Press “Take control”")
+            self.browser.find_element(By.ID, "take-control").click()
+            self.until_released("was closed", "Press on the tool and hold it.")
+            view.process.kill()
+            self.until_released("connection is lost", "Connect again")
+
+    def test_the_page_says_that_the_watchdog_has_ended_the_run(self):
+        graph = self.write("stalled.yaml", f"extends: {WALL}\nlive: {{stall_timeout: 0.5 s}}\nnodes:\n"
+                           "  stall: {type: fault.stall, at: 8 s, lasts: 1.5 s, lane: thread, thread: stalls}\n"
+                           "edges:\n  - dynamics.state -> stall.in\n  - stall.out -> coupling.state\n")
+        with View(TACTOR, str(graph), "--no-reference", environment={"TACTOR_NODE_PATH": str(BUILD / "tests/nodes")}) as view:
+            self.open(view.url)
+            self.until_released("The watchdog ended the run", "Start the run again")
+
     # How many names of curves are seen as a whole.
     NAMES_INSIDE = """(() => {
       const chart = document.getElementById('force-chart').getBoundingClientRect();
@@ -248,7 +270,8 @@ class Browser(CommandTest):
                         self.assertGreaterEqual(scene[2], 0)
                         self.assertLessEqual(scene[3], height)
                     self.assertLessEqual(self.js("document.documentElement.scrollWidth - innerWidth"), 0)
-                    self.assertEqual(self.js(self.NAMES_INSIDE), 5)
+                    self.browser.execute_script("document.getElementById('force-chart').scrollIntoView();")
+                    self.until(f"{self.NAMES_INSIDE} === 5")
             # Five parameters, and the others when somebody asks for them.
             names = self.js("window.tactor.hello.parameters.map(p => p.name)")
             self.assertEqual(self.sees("#knobs .knob"), 5)
