@@ -85,10 +85,10 @@ function take_set(message) {
   keep_told(time, { ...message, time });
 }
 
-/** @param {{felt?: string} | undefined} reference */
+/** The line keeps its place while nothing is known for a moment: the scene over it keeps its size. @param {{felt?: string} | undefined} reference */
 function show_felt(reference) {
-  show(by_id('felt'), Boolean(reference?.felt));
-  if (reference?.felt) set_text(by_id('felt'), `A hand feels: ${reference.felt}`);
+  if (reference?.felt) show(by_id('felt'), true);
+  set_text(by_id('felt'), reference?.felt ? `A hand feels: ${reference.felt}` : '');
 }
 
 /** Shows in a replay what was told until the play head: values, the method that was felt, rates of the graph. */
