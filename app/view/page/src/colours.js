@@ -1,13 +1,13 @@
 // The colours of the page, each named once for scene, curves, bar and legend.
 
 /**
- * `force`: what the device is given; `tool`: what the hand holds, with `hand` for its lines. Neither is the colour of a method in
- * reports. The others are of Okabe and Ito, which colour-blind readers can tell apart.
+ * `force`: what the device is given, in no colour of a method of reports; `tool`: what the hand holds, orange as in all pictures of
+ * scenes, with `hand` for its lines. The others are of Okabe and Ito, which colour-blind readers can tell apart.
  */
 export const COLOURS = {
-  light: { force: '#6a1fb0', tool: '#a3b02a', hand: '#5f6a00', physics: '#0072b2', predicted: '#cc79a7', interpolated: '#009e73',
+  light: { force: '#6a1fb0', tool: '#e0a030', hand: '#6b4a00', physics: '#0072b2', predicted: '#cc79a7', interpolated: '#009e73',
     reference: '#9aa3ac', contacts: '#30363d', patch: '#cc79a7', p50: '#009e73', p99: '#e69f00', max: '#d55e00' },
-  dark: { force: '#b07cff', tool: '#9aa61e', hand: '#d8e36a', physics: '#56b4e9', predicted: '#cc79a7', interpolated: '#009e73',
+  dark: { force: '#b07cff', tool: '#e0a030', hand: '#f2d59a', physics: '#56b4e9', predicted: '#cc79a7', interpolated: '#009e73',
     reference: '#7d8791', contacts: '#c9d1d9', patch: '#cc79a7', p50: '#009e73', p99: '#e69f00', max: '#d55e00' },
 };
 const SAME = { commanded: 'force', handle: 'tool', delay: 'physics', rate: 'physics' };

@@ -27,7 +27,7 @@ export function steps_of(hello) {
   if (hello.mode === 'replay') {
     return [{ text: 'This is a recording. Drag the slider to another time; drag in a chart to zoom; drag in the scene to look around.', done: () => false }];
   }
-  if (hello.device?.mouse) steps.push({ text: 'Press on the tool, which is yellow-green, and drag it. While you hold it, the wheel moves it in depth.', done: (now) => now.held_for > 0.5 });
+  if (hello.device?.mouse) steps.push({ text: 'Press on the orange tool and drag it. While you hold it, the wheel moves it in depth.', done: (now) => now.held_for > 0.5 });
   steps.push({ text: 'Press the tool into the other body, until the bar shows a force.', done: (now) => now.force > 0.03 * (hello.device?.force_max || 5) && now.contacts !== 0 });
   steps.push({ text: 'Keep pressing and drag a short span in the chart: the blue physics curve comes in steps. A hand feels them as roughness.', done: (now) => now.seconds > 9 });
   const choices = hello.methods?.choices ?? [];

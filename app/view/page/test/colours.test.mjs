@@ -1,4 +1,4 @@
-// Force and tool are told apart, from each other and from every method of a report.
+// Force and tool are told apart, and the force from every method of a report.
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import test from 'node:test';
@@ -31,9 +31,9 @@ for (const theme of ['light', 'dark']) {
     assert.ok(distance(force, hand) > 80);
   });
 
-  test(`force and tool are no colour of a method: ${theme}`, () => {
+  test(`the force has no colour of a method: ${theme}`, () => {
     assert.equal(METHODS.length, 7);
-    for (const method of METHODS) for (const own of [force, tool, hand]) assert.ok(distance(own, method) > 35, `${own} ${method}`);
+    for (const method of METHODS) assert.ok(distance(force, method) > 35, method);
   });
 
   test(`no other curve looks like the force: ${theme}`, () => {
