@@ -25,7 +25,7 @@ struct Rgb {
 };
 
 constexpr Rgb fixed_body{169, 182, 196}, moving_body{134, 168, 200}, tool_body{224, 160, 48}, plane_body{223, 228, 232},
-    force_arrow{190, 20, 70};
+    force_arrow{106, 31, 176};
 /// Samples of a pixel, each way.
 constexpr int fineness = 2;
 constexpr int around = 64;        // parts of a circle

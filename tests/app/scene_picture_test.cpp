@@ -138,7 +138,7 @@ BOOST_AUTO_TEST_CASE(an_arrow_shows_the_force_on_the_tool_over_all_bodies) {
   const Scene scene = scene_of(
       {body_of(SphereShape{0.01}, {0, 0.02, 0}), body_of(SphereShape{0.01}, {0, -0.02, 0}, Motion::translation)});
   const auto is_arrow = [](const Picture& picture, std::size_t x, std::size_t y) {
-    return picture.at(x, y, 3) > 200 && picture.at(x, y, 0) > 60 && picture.at(x, y, 1) < 60;
+    return picture.at(x, y, 3) > 200 && picture.at(x, y, 2) > 60 && picture.at(x, y, 1) < 60;
   };
   const auto reach = [&](const Vec3& force_W) {
     const Picture picture = read_png(scene_png(scene, 300, 150, force_W));

@@ -87,6 +87,16 @@ BOOST_AUTO_TEST_CASE(the_gains_are_those_of_the_riccati_equation_at_even_and_une
   }
 }
 
+BOOST_AUTO_TEST_CASE(a_model_that_knows_nothing_takes_the_sample_and_has_no_merit_of_it_on_any_axis) {
+  MotionModel model(departure, noise);
+  const Vec3 sample{1, -2, 3};
+  const Vec3 likely = model.correct(sample);
+  // That of six standard deviations: the least that there is.
+  for (int axis = 0; axis < 3; ++axis) BOOST_TEST(likely[axis] == -0.5 * 36);
+  BOOST_TEST(norm(model.value() - sample) == 0);
+  BOOST_TEST(norm(model.rate()) == 0);
+}
+
 BOOST_AUTO_TEST_CASE(one_model_that_adapts_takes_more_process_noise_while_the_motion_surprises_it) {
   for (const double amplitude : {1e-5, 1e-3}) {
     MotionFilter filter(departure, noise, true);
