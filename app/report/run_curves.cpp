@@ -10,6 +10,7 @@
 #include <map>
 
 #include "app/run/envelope.hpp"
+#include "app/run/summary.hpp"
 #include "framework/core/perception.hpp"
 #include "framework/realtime/safety_gate.hpp"
 
@@ -23,6 +24,12 @@ std::pair<double, double> whole_of(const RunResult& run) {
   return {0, run.duration_s};
 }
 
+/// The interval that the metrics are of; the whole run where none is told.
+std::pair<double, double> judged_of(const RunResult& run) {
+  const double from = run.metric("judged.from_s");
+  return from < run.duration_s ? std::pair{from, run.duration_s} : whole_of(run);
+}
+
 /// One curve a device, by its name where there are several.
 template <class Of>
 std::vector<Curve> curves_of_devices(const RunResult& run, const Of& of, const std::string& name) {
@@ -34,6 +41,12 @@ std::vector<Curve> curves_of_devices(const RunResult& run, const Of& of, const s
         {run.trace.devices.size() > 1 ? device.device : name, series.time, series.value, series_color(curves.size())});
   }
   return curves;
+}
+
+/// What the title of a chart of the judged interval says of it.
+std::string judged_text(const RunResult& run) {
+  const double from = judged_of(run).first;
+  return from > 0 ? fmt::format(", judged from {} s on", pretty(from)) : "";
 }
 
 Chart gate_over_time(const RunResult& run) {
@@ -98,12 +111,15 @@ std::pair<double, double> liveliest_window(const RunResult& run) {
   const std::vector<double>& f = force->value;
   std::vector<double> path(f.size(), 0.0);
   for (std::size_t i = 1; i < f.size(); ++i) path[i] = path[i - 1] + std::abs(f[i] - f[i - 1]);
+  // Not in what no metric is of, and not as a run without metrics begins.
+  constexpr double beginning = 0.3;
+  const double from = std::max(judged_of(run).first, std::min(beginning, run.duration_s - 2 * length));
   std::size_t begin = 0;
   double best = -1;
   double at = t.front();
   for (std::size_t end = 0; end < t.size(); ++end) {
     while (t[end] - t[begin] > length) ++begin;
-    if (path[end] - path[begin] > best && t[begin] > 0.3) {
+    if (path[end] - path[begin] > best && t[begin] >= from) {
       best = path[end] - path[begin];
       at = t[begin];
     }
@@ -130,6 +146,15 @@ std::string liveliest_axis(const RunResult& run, std::pair<double, double> range
     }
   }
   return best;
+}
+
+std::optional<Chart> judged_force_over_time(const RunResult& run, const std::string& color) {
+  std::optional<Chart> chart = force_over_time(run, color);
+  if (!chart) return chart;
+  chart->title += judged_text(run);
+  chart->x_range = judged_of(run);
+  chart->name = "judged_force";
+  return chart;
 }
 
 std::optional<Chart> force_over_time(const RunResult& run, const std::string& color) {
@@ -162,9 +187,8 @@ std::optional<Chart> error_over_time(const RunResult& run, const std::string& co
     error.value.push_back(norm(at(commanded) - at(reference)));
     noticed.value.push_back(force_jnd(norm(at(reference))));
   }
-  Chart chart{"Error of the force", "time s", "N", {}, whole_of(run)};
+  Chart chart{"Error of the force" + judged_text(run), "time s", "N", {}, judged_of(run)};
   chart.name = "error";
-  if (const double from = run.metric("judged.from_s"); from < run.duration_s) chart.x_range->first = from;
   chart.curves = {thinned(noticed, "what a hand notices", "#888888"), thinned(error, "error", color)};
   chart.curves.front().dash = 1;
   return chart;
@@ -182,9 +206,7 @@ std::vector<Chart> run_rows(const RunResult& run, const std::string& color) {
     const Series* s = run.curve(name);
     return s == nullptr ? std::vector<Curve>{} : std::vector<Curve>{thinned(*s, "", series_color(0))};
   };
-  if (run.live || run.curve("reference.norm") == nullptr) {
-    if (std::optional<Chart> force = force_over_time(run, color)) charts.push_back(std::move(*force));
-  }
+  if (std::optional<Chart> force = force_over_time(run, color)) charts.push_back(std::move(*force));
   std::vector<Curve> displacement = of_series("displacement");
   if (displacement.empty()) displacement = curves_of_devices(run, std::mem_fn(&DeviceTrace::displacement), "");
   add("displacement", "Device displacement", "m", std::move(displacement), false);

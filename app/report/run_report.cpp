@@ -85,7 +85,7 @@ std::string rows_figure(const RunResult& run, const std::string& color) {
 /// Error and force over time, beside each other; all rows of the run where there is no error.
 std::string first_charts(const RunResult& run, const std::string& color) {
   constexpr int half_width = 580, height = 330;
-  const std::optional<Chart> error = error_over_time(run, color), force = force_over_time(run, color);
+  const std::optional<Chart> error = error_over_time(run, color), force = judged_force_over_time(run, color);
   if (!error) return why_no_error(run) + rows_figure(run, color);
   return "<div class=\"pair\">\n" + chart_figure({*error}, half_width, height) +
          chart_figure({*force}, half_width, height) + "</div>\n";

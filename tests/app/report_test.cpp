@@ -458,7 +458,7 @@ BOOST_AUTO_TEST_CASE(the_terminal_tells_nothing_of_the_force_of_a_blind_run) {
   const std::string text = headline_text(run, "report.html", false, 200);
   for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference", "limit cycle", "--all"})
     says_not(text, told);
-  for (const char* told : {"done, 1 s", "engaged 90 % of the time", "dropped 3 messages", "blind"}) says(text, told);
+  for (const char* told : {"done, 1 s", "let the force through 90 % of the time", "dropped 3 messages", "blind"}) says(text, told);
 }
 
 BOOST_AUTO_TEST_CASE(a_script_comes_with_charts_alone_and_is_small) {

@@ -92,7 +92,7 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_run_begins_with_its_headline) {
   const std::string text = text_of(replaced(html, "</th><td>", ": "));
   for (const char* told : {"Done, 1 s.", "Error: force 0.100 N RMS, 0.300 N at most", "Delay: 4 ms",
                            "Smooth: 0.00200 N/ms² RMS second difference; largest step 0.0400 N",
-                           "Gate: limited nothing; engaged 90 % of the time", "Run time: 0.500 s"}) {
+                           "Gate: limited nothing; let the force through 90 % of the time", "Run time: 0.500 s"}) {
     says(text, told);
   }
   says(html, "<abbr tabindex=\"0\" title=\"delay behind it, ms; lower is better\">Delay</abbr>");
@@ -101,12 +101,12 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_run_begins_with_its_headline) {
   run.failure = "it broke";
   const std::string failed = text_of(replaced(run_report(run), "</th><td>", ": "));
   says(failed, "Failed after 1 s.");
-  says(failed, "Gate: ticks beyond the largest force: 3, faults: 1, dead_man: 2; engaged 90 % of the time");
+  says(failed, "Gate: ticks beyond the largest force: 3, faults: 1, dead_man: 2; let the force through 90 % of the time");
 }
 
 BOOST_AUTO_TEST_CASE(the_page_of_a_run_shows_the_error_beside_the_force_and_what_a_hand_notices) {
   const std::string html = run_report(judged_run());
-  BOOST_TEST(figures_in(html) == "error force zoom ");
+  BOOST_TEST(figures_in(html) == "error judged_force zoom force ");
   const Chart error = chart_named(html, "error");
   BOOST_TEST(error.curves.at(0).name == "what a hand notices");
   BOOST_TEST(error.curves.at(1).name == "error");
@@ -156,9 +156,9 @@ BOOST_AUTO_TEST_CASE(the_gate_of_a_virtual_run_is_shown_where_something_kept_the
   DeviceTrace device;
   device.gate = {"gate", "1", {0, 1}, {1, 1}};
   run.trace.devices = {device};
-  BOOST_TEST(figures_in(run_report(run)) == "error force zoom ");
+  BOOST_TEST(figures_in(run_report(run)) == "error judged_force zoom force ");
   run.trace.devices.front().events = {{0.5, SafetyCause::not_finite}};
-  BOOST_TEST(figures_in(run_report(run)) == "error force zoom gate ");
+  BOOST_TEST(figures_in(run_report(run)) == "error judged_force zoom force gate ");
 }
 
 BOOST_AUTO_TEST_CASE(the_picture_of_a_run_tells_of_which_moment_it_is) {

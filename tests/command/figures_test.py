@@ -23,7 +23,7 @@ class Figures(CommandTest):
 
     def test_every_figure_is_a_pdf_of_the_asked_width_with_its_fonts(self):
         names = self.run_ok("export", self.results, "--figure", "?").stdout.split()
-        self.assertEqual(names[:3], ["error", "force", "zoom"])
+        self.assertEqual(names[:3], ["error", "judged_force", "zoom"])
         for columns, width_mm in WIDTHS_MM.items():
             for name in names:
                 with self.subTest(figure=name, columns=columns):
@@ -76,7 +76,7 @@ class Figures(CommandTest):
     def test_bad_requests_are_refused_with_what_there_is(self):
         other = self.write("other.html", "<html></html>")
         for arguments, said in (
-                ((self.results, "--figure", "forces", "--to", "f.pdf"), "found 'forces'\n  error\n  force\n"),
+                ((self.results, "--figure", "forces", "--to", "f.pdf"), "found 'forces'\n  error\n  judged_force\n"),
                 ((self.results, "--figure", "force", "--to", "f.gif"), "ends in .svg, .pdf, .png or .csv"),
                 ((self.results, "--figure", "force"), "expected --to FILE"),
                 ((self.results, "--to", "f.pdf"), "--figure"),

@@ -247,7 +247,7 @@ class Pages(CommandTest):
         self.open("run")
         script = numbers(self.chart("Device displacement").find_element(By.CSS_SELECTOR, "path.line").get_attribute("d"))
         figure = next(part for part in self.pages["run"].read_text().split("<figure>") if '"title":"Device displacement"' in part)
-        group = figure.split('id="gnuplot_plot_1a"')[1].split("</g>\n\t</g>")[0]
+        group = figure.split('id="gnuplot_plot_1b"')[1].split("</g>\n\t</g>")[0]
         gnuplot = numbers(re.search(r" d='([^']*)'", group)[1])
         self.assertEqual(len(script), len(gnuplot))
         self.assertGreater(len(script), 500)

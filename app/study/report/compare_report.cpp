@@ -349,9 +349,7 @@ std::string run_details(const Comparison& comparison, const PageRows& shown) {
   for (std::size_t i = 0; i < comparison.rows.size(); ++i) {
     const RunResult& run = comparison.rows[i].runs.front();
     std::vector<Chart> charts = run_rows(run, shown.styles[i].color);
-    for (auto&& first : {error_over_time(run, shown.styles[i].color), force_over_time(run, shown.styles[i].color)}) {
-      if (first) charts.insert(charts.begin(), *first);
-    }
+    if (std::optional<Chart> error = error_over_time(run, shown.styles[i].color)) charts.insert(charts.begin(), *error);
     if (charts.empty()) continue;
     for (Chart& chart : charts) chart.name = shown.names[i] + "/" + chart.name;
     html += folded(
