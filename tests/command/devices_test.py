@@ -1,6 +1,7 @@
 """The verbs `devices`, `device` and `emulate`, and the devices' section of `doctor`."""
 import json
 import pathlib
+import re
 import subprocess
 import unittest
 
@@ -85,6 +86,9 @@ class Emulated(CommandTest):
         self.assertIn("Apply up to 1 N", result.stdout)
         self.assertIn("no force was given", result.stdout)
         self.assertFalse(log.exists())
+        # A line whose answers come later than the profile lets them has failed.
+        ages_ms = [float(age) for age in re.findall(r"age of a sample p99 ([\d.]+) ms", result.stdout)]
+        self.assertTrue(ages_ms and all(0 < age < 400 for age in ages_ms), result.stdout)
         result = self.answer("device", "test", graph, "--seconds", "0.5", "--yes")
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assertIn("moved by up to 1 N", result.stdout)
