@@ -173,7 +173,7 @@ std::string gnuplot(const std::string& script_text, const Sheet& sheet) {
   const bool svg = sheet.format == PictureFormat::svg;
   if (!why.empty()) {
     note("no chart: " + why);
-    return svg ? no_chart(sheet.width, why) : std::string();
+    return svg && !sheet.paper ? no_chart(sheet.width, why) : std::string();
   }
   // Only the element itself goes into a page.
   if (svg) result.out.erase(0, result.out.find("<svg"));

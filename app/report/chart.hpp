@@ -72,7 +72,8 @@ enum class PictureFormat { svg, png, pdf };
 
 enum class PaperWidth { one_column, two_columns };
 
-// Where gnuplot cannot draw, an SVG says why in its place, the others are empty, and a note goes to standard error.
+// Where gnuplot cannot draw, the SVG of a page says why in its place, all others are empty, and a note goes to standard
+// error.
 
 /// For a page: `width` by `height` pixels a chart; a PNG has twice the pixels each way.
 std::string draw(const Drawing& drawing, PictureFormat format, int width, int height);

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -78,10 +80,21 @@ nlohmann::json json_of(const Curve& curve, SharedLists& x) {
   return json;
 }
 
+/// A page that somebody sent may hold anything, and what is drawn goes to gnuplot: a colour is `#rrggbb` and nothing
+/// else.
+std::string color_of(const nlohmann::json& json) {
+  auto color = json.get<std::string>();
+  const bool is_color = color.size() == 7 && color[0] == '#' && std::all_of(color.begin() + 1, color.end(), [](char c) {
+                          return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f') || (c >= 'A' && c <= 'F');
+                        });
+  if (!is_color) throw InputError("a colour is not of the form #rrggbb");
+  return color;
+}
+
 Curve curve_of(const nlohmann::json& json, const nlohmann::json& lists) {
   Curve curve;
   curve.name = json.at("name");
-  curve.color = json.at("color");
+  curve.color = color_of(json.at("color"));
   curve.width = json.at("width");
   curve.x = values_of(lists.at(json.at("x").get<std::size_t>()));
   curve.y = values_of(json.at("y"));
@@ -89,9 +102,10 @@ Curve curve_of(const nlohmann::json& json, const nlohmann::json& lists) {
   curve.dash = json.value("dash", std::size_t{0});
   for (const auto& [name, flag] : curve_flags) curve.*flag = json.value(name, false);
   bool whole = curve.y.size() == curve.x.size();
+  const bool has_bars = json.contains(curve_bars.front().first);
   for (const auto& [name, ends] : curve_bars) {
     if (json.contains(name)) curve.*ends = values_of(json.at(name));
-    whole = whole && ((curve.*ends).empty() || (curve.*ends).size() == curve.x.size());
+    whole = whole && (curve.*ends).size() == (has_bars ? curve.x.size() : 0);
   }
   if (!whole) throw InputError("a curve has lists of different lengths");
   return curve;
@@ -151,7 +165,12 @@ CellMap map_of(const nlohmann::json& json) {
   map.x = json.at("x").get<std::vector<std::string>>();
   map.y = json.at("y").get<std::vector<std::string>>();
   map.kind = json.at("kind").get<std::vector<std::vector<int>>>();
-  for (const nlohmann::json& kind : json.at("kinds")) map.kinds.push_back({kind.at(0), kind.at(1), kind.at(2)});
+  for (const nlohmann::json& kind : json.at("kinds")) {
+    map.kinds.push_back({kind.at(0), color_of(kind.at(1)), kind.at(2)});
+    const std::string& letter = map.kinds.back().letter;
+    if (letter.size() != 1 || std::isalpha(static_cast<unsigned char>(letter[0])) == 0)
+      throw InputError("the mark of a kind is not one letter");
+  }
   if (json.contains("framed")) map.framed = {json.at("framed").at(0), json.at("framed").at(1)};
   const bool whole =
       map.kind.size() == map.y.size() && std::all_of(map.kind.begin(), map.kind.end(), [&](const auto& row) {
@@ -164,8 +183,8 @@ CellMap map_of(const nlohmann::json& json) {
 }
 
 /// What stands in the page's script element; nothing in it can end that.
-std::string data_of(const Drawing& drawing) {
-  nlohmann::json json;
+std::string data_of(const Drawing& drawing, int height) {
+  nlohmann::json json{{"height", height}};
   if (const auto* map = std::get_if<CellMap>(&drawing)) {
     json["map"] = json_of(*map);
   } else {
@@ -238,14 +257,23 @@ void add_figures(std::string_view data, std::vector<NamedFigure>& figures) {
   }
 }
 
+/// Rows of one name have figures of one name: the second gets `_2` behind it.
+void number_names(std::vector<NamedFigure>& figures) {
+  std::map<std::string, int> seen;
+  for (NamedFigure& figure : figures) {
+    const int count = ++seen[figure.name];
+    if (count > 1) figure.name += fmt::format("_{}", count);
+  }
+}
+
 }  // namespace
 
-std::string figure_html(const std::string& svg, const Drawing& drawing) {
-  return "<figure>" + svg + std::string(data_begin) + data_of(drawing) + std::string(data_end) + "</figure>\n";
+std::string figure_html(const std::string& svg, const Drawing& drawing, int height) {
+  return "<figure>" + svg + std::string(data_begin) + data_of(drawing, height) + std::string(data_end) + "</figure>\n";
 }
 
 std::string chart_figure(const std::vector<Chart>& charts, int width, int height) {
-  return figure_html(draw(charts, PictureFormat::svg, width, height), charts);
+  return figure_html(draw(charts, PictureFormat::svg, width, height), charts, height);
 }
 
 std::vector<NamedFigure> figures_of(std::string_view page) {
@@ -260,6 +288,7 @@ std::vector<NamedFigure> figures_of(std::string_view page) {
       throw InputError(fmt::format("figure {} of the page cannot be read: {}", figures.size() + 1, error.what()));
     }
   }
+  number_names(figures);
   return figures;
 }
 

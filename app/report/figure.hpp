@@ -10,8 +10,8 @@
 namespace tactor {
 
 /// The picture with its data beside it. Where the page may run its script, that draws the charts anew, so that curves
-/// can be hidden and zoomed, and saves them as files. `svg`: of the drawing.
-std::string figure_html(const std::string& svg, const Drawing& drawing);
+/// can be hidden and zoomed, and saves them as files. `svg`: of the drawing; `height`: of a chart, in pixels.
+std::string figure_html(const std::string& svg, const Drawing& drawing, int height);
 
 /// The same, drawn with `width` by `height` pixels a chart.
 std::string chart_figure(const std::vector<Chart>& charts, int width, int height);

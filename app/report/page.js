@@ -182,7 +182,7 @@ function build(figure, chart) {
 
 const charts = [];
 for (const data of document.querySelectorAll('figure > script')) {
-  const figure = data.parentNode, picture = figure.querySelector('svg'), {x, charts: mine, map} = JSON.parse(data.textContent);
+  const figure = data.parentNode, picture = figure.querySelector('svg'), {x, charts: mine, map, height} = JSON.parse(data.textContent);
   // It draws neither maps, nor rings and crosses.
   if (map || mine.some(chart => chart.close || chart.curves.some(curve => curve.ring || curve.cross))) {
     for (const chart of mine || []) read(chart, x);
@@ -191,7 +191,7 @@ for (const data of document.querySelectorAll('figure > script')) {
   }
   const together = {x: null, charts: mine};
   for (const chart of mine) {
-    chart.height = picture.viewBox.baseVal.height / mine.length;
+    chart.height = height;
     read(chart, x);
   }
   const alike = mine.every(chart => chart.x_all + '' + chart.log[0] === mine[0].x_all + '' + mine[0].log[0]);

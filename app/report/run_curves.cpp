@@ -79,10 +79,12 @@ bool shows_gate(const RunResult& run) {
 
 }  // namespace
 
-Curve thinned(const Series& series, std::string name, std::string color) {
+Curve thinned(const Series& series, std::string name, std::string color, double from_s) {
   constexpr std::size_t pieces = 1750;
   Envelope envelope(pieces);
-  for (std::size_t i = 0; i < series.time.size(); ++i) envelope.add(series.time[i], series.value[i]);
+  for (std::size_t i = 0; i < series.time.size(); ++i) {
+    if (series.time[i] >= from_s) envelope.add(series.time[i], series.value[i]);
+  }
   Series kept = envelope.series({}, {});
   return {std::move(name), std::move(kept.time), std::move(kept.value), std::move(color)};
 }
@@ -148,24 +150,31 @@ std::string liveliest_axis(const RunResult& run, std::pair<double, double> range
   return best;
 }
 
+namespace {
+
+/// The force from that time on, as the sink of the run tells it.
+std::vector<Curve> told_forces(const RunResult& run, const std::string& color, double from_s) {
+  std::vector<Curve> curves;
+  if (const Series* s = run.curve("reference.norm"))
+    curves.push_back(thinned(*s, "reference", reference_color, from_s));
+  if (const Series* s = run.curve("commanded.norm")) curves.push_back(thinned(*s, "commanded", color, from_s));
+  return curves;
+}
+
+}  // namespace
+
 std::optional<Chart> judged_force_over_time(const RunResult& run, const std::string& color) {
-  std::optional<Chart> chart = force_over_time(run, color);
-  if (!chart) return chart;
-  chart->title += judged_text(run);
-  chart->x_range = judged_of(run);
-  chart->name = "judged_force";
+  const std::pair<double, double> judged = judged_of(run);
+  Chart chart{"Force on the device" + judged_text(run), "time s", "N", told_forces(run, color, judged.first), judged};
+  chart.name = "judged_force";
+  if (chart.curves.empty()) return std::nullopt;
   return chart;
 }
 
 std::optional<Chart> force_over_time(const RunResult& run, const std::string& color) {
-  Chart chart{"Force on the device", "time s", "N", {}, whole_of(run)};
+  Chart chart{"Force on the device", "time s", "N", told_forces(run, color, 0), whole_of(run)};
   chart.name = "force";
-  if (const Series* s = run.curve("reference.norm")) chart.curves.push_back(thinned(*s, "reference", reference_color));
-  if (const Series* s = run.curve("commanded.norm")) {
-    chart.curves.push_back(thinned(*s, "commanded", color));
-  } else {
-    chart.curves = curves_of_devices(run, std::mem_fn(&DeviceTrace::force), "commanded");
-  }
+  if (chart.curves.empty()) chart.curves = curves_of_devices(run, std::mem_fn(&DeviceTrace::force), "commanded");
   if (chart.curves.empty()) return std::nullopt;
   return chart;
 }
@@ -189,7 +198,8 @@ std::optional<Chart> error_over_time(const RunResult& run, const std::string& co
   }
   Chart chart{"Error of the force" + judged_text(run), "time s", "N", {}, judged_of(run)};
   chart.name = "error";
-  chart.curves = {thinned(noticed, "what a hand notices", "#888888"), thinned(error, "error", color)};
+  chart.curves = {thinned(noticed, "what a hand notices", "#888888", chart.x_range->first),
+                  thinned(error, "error", color, chart.x_range->first)};
   chart.curves.front().dash = 1;
   return chart;
 }

@@ -11,8 +11,8 @@
 
 namespace tactor {
 
-/// At most about 3,500 of its values, with the least and the largest of each piece (see Envelope).
-Curve thinned(const Series& series, std::string name, std::string color);
+/// At most about 3,500 of its values from that time on, with the least and the largest of each piece (see Envelope).
+Curve thinned(const Series& series, std::string name, std::string color, double from_s = 0);
 
 /// What of it is in `range`, s.
 Curve cut(const Series& series, std::string name, std::string color, std::pair<double, double> range);

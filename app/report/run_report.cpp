@@ -146,6 +146,11 @@ std::string run_report(const RunResult& run, const Scene* scene) {
     body += "<p>The run was ended early.</p>\n";
   }
   for (const std::string& text : warnings_of(run)) body += "<p class=\"bad\">" + escape(text) + "</p>\n";
+  if (run.trace.lost > 0) {
+    body += fmt::format(
+        "<p class=\"bad\">{} messages of the devices were not taken in time: curves and picture may lack peaks.</p>\n",
+        run.trace.lost);
+  }
   body += first_charts(run, color) + "<div class=\"pair\">\n" + headline_table(run) +
           (scene == nullptr ? std::string() : picture(run, *scene)) + "</div>\n";
   body += zoom_figure(run, color);

@@ -38,7 +38,8 @@ Series Envelope::series(std::string name, std::string unit) const {
   for (const Piece& piece : pieces_) {
     const bool low_first = piece.low.time_s < piece.high.time_s;
     put(low_first ? piece.low : piece.high);
-    if (piece.low.time_s != piece.high.time_s) put(low_first ? piece.high : piece.low);
+    if (piece.low.time_s != piece.high.time_s || piece.low.value != piece.high.value)
+      put(low_first ? piece.high : piece.low);
   }
   return series;
 }

@@ -188,7 +188,7 @@ class Watched {
   Watched(const Watched&) = delete;
   Watched& operator=(const Watched&) = delete;
   ~Watched() {
-    if (watcher_ != nullptr) watcher_->end();
+    if (watcher_ != nullptr) watcher_->end(std::uncaught_exceptions() > 0);
   }
   void attend() {
     if (watcher_ != nullptr) watcher_->attend();

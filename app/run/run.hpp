@@ -103,8 +103,8 @@ class RunWatcher {
   virtual void begin(Session& session, Follower* follower) = 0;
   /// About fifty times a second while it runs.
   virtual void attend() = 0;
-  /// The session has ended, or has failed to start; nothing of it is used afterwards.
-  virtual void end() = 0;
+  /// The session has ended, or has failed to start; nothing of it is used afterwards. `thrown`: an exception ended it.
+  virtual void end(bool thrown) = 0;
 };
 
 struct RunOptions {

@@ -107,8 +107,13 @@ void RunTracer::take_safety(Device& device, double time_s, const SafetyState& sa
   device.was_open = device.was_open || open > 0;
   // Whether the run lets the gate open is no event.
   const bool keeps_out = safety.cause != SafetyCause::none && safety.cause != SafetyCause::not_permitted;
-  if (keeps_out && safety.cause != device.cause && device.was_open && device.events.size() < most_events)
-    device.events.push_back({time_s, safety.cause});
+  if (keeps_out && safety.cause != device.cause && device.was_open) {
+    if (device.events.size() < most_events) {
+      device.events.push_back({time_s, safety.cause});
+    } else {
+      ++lost_events_;
+    }
+  }
   device.cause = safety.cause;
 }
 
@@ -136,8 +141,11 @@ void RunTracer::take(Device& device) {
 }
 
 RunTrace RunTracer::trace() const {
-  RunTrace trace{{}, largest_};
+  RunTrace trace{{}, largest_, lost_events_};
+  if (bodies_) trace.lost += bodies_->dropped();
   for (const Device& device : devices_) {
+    for (const Tap* tap : {&device.commanded, &device.state, &device.safety})
+      trace.lost += *tap ? (*tap)->dropped() : 0;
     trace.devices.push_back({device.name, device.force.series("force", "N"),
                              device.displacement.series("displacement", "m"), device.gate.series("gate", "1"),
                              device.events});

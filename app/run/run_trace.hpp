@@ -1,6 +1,7 @@
 // What the page of a run shows of its devices: force, position, safety gate, and the scene at the largest force.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
@@ -37,6 +38,7 @@ struct LargestForce {
 struct RunTrace {
   std::vector<DeviceTrace> devices;
   std::optional<LargestForce> largest;  ///< none where no force above 0 was told to any device
+  std::uint64_t lost = 0;               ///< messages that were not taken in time, and events beyond 1,000 a device
 };
 
 /// Follows a session by taps. Made before it starts, and ended before it.
@@ -73,6 +75,7 @@ class RunTracer {
   };
   std::vector<Poses> poses_;  // the last of the call before, and those since
   std::optional<LargestForce> largest_;
+  std::uint64_t lost_events_ = 0;
 };
 
 }  // namespace tactor

@@ -54,7 +54,9 @@ const Drawing& figure_named(const std::vector<NamedFigure>& figures, const std::
 /// The figures of that name, or of several names with commas between them: their charts under each other.
 Drawing drawing_named(const std::vector<NamedFigure>& figures, const std::string& names,
                       const std::filesystem::path& page) {
-  if (names.find(',') == std::string::npos) return figure_named(figures, names, page);
+  const bool is_one =
+      std::any_of(figures.begin(), figures.end(), [&](const auto& figure) { return figure.name == names; });
+  if (is_one || names.find(',') == std::string::npos) return figure_named(figures, names, page);
   std::vector<Chart> charts;
   std::istringstream list(names);
   for (std::string name; std::getline(list, name, ',');) {
@@ -142,16 +144,18 @@ void add_export(CLI::App& app, int& exit_code) {
       verb->add_option("--html", arguments->html, "Write one HTML file that replays scene and curves without a server")
           ->type_name(value_type::file);
   html->excludes(stream);
-  verb->add_option("--mcap", arguments->mcap, "Write an MCAP file, for Foxglove, Lichtblick and PlotJuggler")
-      ->type_name(value_type::file)
-      ->excludes(stream);
+  CLI::Option* mcap =
+      verb->add_option("--mcap", arguments->mcap, "Write an MCAP file, for Foxglove, Lichtblick and PlotJuggler")
+          ->type_name(value_type::file)
+          ->excludes(stream);
   CLI::Option* figure =
       verb->add_option("--figure", arguments->figure,
                        "The figure to write, as the report names it; several with commas between them stand under each "
                        "other, and `?` lists them")
           ->type_name(value_type::name)
           ->excludes(stream)
-          ->excludes(html);
+          ->excludes(html)
+          ->excludes(mcap);
   verb->add_option("--to", arguments->figure_file, "The file of the figure, which ends in .svg, .pdf, .png or .csv")
       ->type_name(value_type::file)
       ->needs(figure);

@@ -94,10 +94,10 @@ int run_graph(const RunArguments& arguments) {
   }
   std::unique_ptr<RunView> shown;
   if (arguments.view) {
-    shown = std::make_unique<RunView>(plan, arguments.page.ports,
-                                      [&arguments](const std::string& url, const std::string& foxglove) {
-                                        show_page(arguments.page, url, foxglove);
-                                      });
+    shown = std::make_unique<RunView>(
+        plan, arguments.page.ports,
+        [&arguments](const std::string& url, const std::string& foxglove) { show_page(arguments.page, url, foxglove); },
+        is_interrupted);
     run_options.watcher = shown.get();
   }
   if (plan.graph.clock == Clock::real) ramp_down_on_signals();

@@ -6,7 +6,8 @@
 
 namespace tactor {
 
-RunView::RunView(const Plan& plan, const ViewPorts& ports, Opened opened) : opened_(std::move(opened)) {
+RunView::RunView(const Plan& plan, const ViewPorts& ports, Opened opened, std::function<bool()> interrupted)
+    : opened_(std::move(opened)), interrupted_(std::move(interrupted)) {
   options_.ports = ports;
   // What is to be known of the meshes the run's own nodes say.
   options_.meshes = mesh_messages(plan.graph.scene, [](const std::string&) {});
@@ -18,8 +19,9 @@ void RunView::begin(Session& session, Follower* follower) {
   opened_(view_->url(), view_->foxglove_url());
 }
 
-void RunView::end() {
-  view_->tell_end(RunEnd::over, "the run is over");
+void RunView::end(bool thrown) {
+  const RunEnd end = view_->end_of_run(thrown, interrupted_());
+  view_->tell_end(end, end == RunEnd::failed || end == RunEnd::stalled ? "the run has failed" : "the run is over");
   view_.reset();
 }
 

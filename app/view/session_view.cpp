@@ -3,6 +3,7 @@
 #include <pthread.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <span>
 #include <utility>
@@ -70,6 +71,12 @@ json device_object(const LiveDevice& device) {
           {"wakeup_p99", device.wake_latency.p99.seconds()},
           {"wakeup_max", device.wake_latency.max.seconds()},
           {"page_faults", device.page_faults}};
+}
+
+bool has_stalled(const Session& session) {
+  if (!session.is_live()) return false;
+  const std::vector<LiveNode>& nodes = session.last_status().nodes;
+  return std::any_of(nodes.begin(), nodes.end(), [](const LiveNode& node) { return node.stalled; });
 }
 
 }  // namespace
@@ -258,6 +265,12 @@ std::string SessionView::status_text() {
 bool SessionView::was_stopped() {
   const std::scoped_lock lock(mutex_);
   return stop_asked_;
+}
+
+RunEnd SessionView::end_of_run(bool failed, bool interrupted) {
+  if (failed || session_.failure()) return has_stalled(session_) ? RunEnd::stalled : RunEnd::failed;
+  if (was_stopped()) return RunEnd::stopped;
+  return interrupted ? RunEnd::interrupted : RunEnd::over;
 }
 
 void SessionView::tell_end(RunEnd end, const std::string& why) {

@@ -46,6 +46,8 @@ class SessionView final : private ViewSource {
   /// Tells the pages that the run has ended, and why, as words for a person; the server goes on until the end of the
   /// object.
   void tell_end(RunEnd end, const std::string& why);
+  /// Why a run that is over ended. `failed`: an exception ended it.
+  [[nodiscard]] RunEnd end_of_run(bool failed, bool interrupted);
   /// Whether a page has asked to end the run.
   [[nodiscard]] bool was_stopped();
   /// Pages that are open.

@@ -32,12 +32,6 @@ void run(Session& session, SessionView& view) {
   session.finish();
 }
 
-bool has_stalled(const Session& session) {
-  if (!session.is_live()) return false;
-  const std::vector<LiveNode>& nodes = session.last_status().nodes;
-  return std::any_of(nodes.begin(), nodes.end(), [](const LiveNode& node) { return node.stalled; });
-}
-
 }  // namespace
 
 std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const ViewOptions& options) {
@@ -83,10 +77,7 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   if (recorder) recorder->close();
   // The page of an experiment is what the participant sees, and a failure may name the condition.
   const bool blind = experiment_of(session.plan()).has_value();
-  const RunEnd end = failure                ? (has_stalled(session) ? RunEnd::stalled : RunEnd::failed)
-                     : view.was_stopped()   ? RunEnd::stopped
-                     : options.stop_asked() ? RunEnd::interrupted
-                                            : RunEnd::over;
+  const RunEnd end = view.end_of_run(failure.has_value(), options.stop_asked());
   view.tell_end(end, !failure ? "the run was ended" : blind ? "the run has failed; call the experimenter" : *failure);
   if (session.is_abandoned()) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.

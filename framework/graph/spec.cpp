@@ -236,25 +236,37 @@ std::string replaced_nodes(const Overrides& overrides) {
   return text;
 }
 
+/// The stem of a file as a part of a name: short, of letters, digits, `-`, `.` and `_`.
+std::string plain_stem(const fs::path& file) {
+  constexpr std::size_t longest = 40;
+  std::string stem = file.stem().string().substr(0, longest);
+  for (char& c : stem) {
+    const bool plain =
+        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
+    if (!plain) c = '_';
+  }
+  return stem;
+}
+
 /// `_local` for each file that is laid over a graph: what the graph's own name does not tell.
 std::string overlay_names(const Overrides& overrides) {
   std::string names;
   for (const Patch& patch : overrides) {
-    if (patch.file() != nullptr) names += "_" + patch.file()->stem().string();
+    if (patch.file() != nullptr) names += "_" + plain_stem(*patch.file());
   }
   return names;
 }
 
-/// `, with mine over it`, where the title is not that of one of the files laid over the graph.
-std::string overlays_of_title(const Tree& title, const Overrides& overrides) {
+/// `, here with mine`: the files laid over the graph that did not bring its title.
+std::string overlays_of_title(const Tree& title, const fs::path& graph, const Overrides& overrides) {
   std::string names;
   for (const Patch& patch : overrides) {
     if (patch.file() == nullptr) continue;
-    const std::string stem = patch.file()->stem().string();
-    if (fs::path(title.place.file).stem().string() == stem) return {};
-    names += (names.empty() ? ", with " : " and ") + stem;
+    std::error_code ignored;
+    if (fs::equivalent(title.place.file, find_over(*patch.file(), graph).file, ignored)) continue;
+    names += (names.empty() ? ", here with " : " and ") + plain_stem(*patch.file());
   }
-  return names.empty() ? names : names + " over it";
+  return names;
 }
 
 }  // namespace
@@ -283,7 +295,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
       diagnostics.error(title->place, "title: expected one line, found several");
     }
     if (find_assignment(overrides, "title") == nullptr)
-      spec.title += overlays_of_title(*title, overrides) + replaced_nodes(overrides);
+      spec.title += overlays_of_title(*title, file, overrides) + replaced_nodes(overrides);
   }
   if (const Tree* clock = tree->value("clock")) {
     if (read_choice(*clock, "clock", {"virtual", "real"}, diagnostics) == "real") spec.clock = Clock::real;

@@ -67,7 +67,7 @@ BOOST_AUTO_TEST_CASE(a_page_gives_back_the_charts_that_went_into_it) {
   first.log_y = second.close = second.log_x = true;
   second.curves.front().ring = true;
   const std::string html =
-      figure_html("<svg></svg>", std::vector<Chart>{first, second}) + figure_html("<svg></svg>", small_map());
+      figure_html("<svg></svg>", std::vector<Chart>{first, second}, 100) + figure_html("<svg></svg>", small_map(), 100);
   BOOST_TEST(html.find("<b>") == std::string::npos);
   const std::vector<NamedFigure> figures = figures_of("<html>" + html + "</html>");
   BOOST_REQUIRE(figures.size() == 3U);
@@ -96,7 +96,8 @@ BOOST_AUTO_TEST_CASE(a_page_gives_back_the_charts_that_went_into_it) {
 }
 
 BOOST_AUTO_TEST_CASE(a_page_that_was_cut_or_changed_is_refused) {
-  const std::string html = figure_html("<svg></svg>", std::vector<Chart>{chart_with("c", {{"a", {1, 2}, {3, 4}}})});
+  const std::string html =
+      figure_html("<svg></svg>", std::vector<Chart>{chart_with("c", {{"a", {1, 2}, {3, 4}}})}, 100);
   for (std::size_t length = html.find("{\"charts\""); length + 20 < html.size(); ++length) {
     BOOST_CHECK_THROW(figures_of(html.substr(0, length)), InputError);
     BOOST_CHECK_THROW(figures_of(html.substr(0, length) + "</script>"), InputError);
@@ -113,6 +114,38 @@ BOOST_AUTO_TEST_CASE(a_page_that_was_cut_or_changed_is_refused) {
     BOOST_CHECK_THROW(figures_of(changed), InputError);
   }
   BOOST_TEST(figures_of("<html></html>").empty());
+}
+
+BOOST_AUTO_TEST_CASE(a_page_cannot_make_gnuplot_run_anything) {
+  Curve bars{"b", {7}, {8}, "#123456"};
+  bars.x_low = bars.x_high = {7};
+  bars.y_low = bars.y_high = {8};
+  const std::string html = figure_html("<svg></svg>", std::vector<Chart>{chart_with("c", {bars})}, 100) +
+                           figure_html("<svg></svg>", small_map(), 100);
+  BOOST_TEST(figures_of(html).size() == 2U);
+  for (const auto& [what, instead] : {std::pair{"#123456", "#aabbcc`touch x`"},
+                                      {"#123456", "red"},
+                                      {"#123456", "#12345g"},
+                                      {"\"#ffffff\"", "\"#fff'\\nsystem 'touch x'\\n#\""},
+                                      {"\"S\"", "\"s\\nEOD\\nsystem 'touch x'\""},
+                                      {"\"S\"", "\"`\""},
+                                      {"\"y_low\":[8.0]", "\"other\":[8.0]"},
+                                      {"\"y_low\":[8.0]", "\"y_low\":[]"},
+                                      {"\"x_low\":[7.0]", "\"other\":[7.0]"}}) {
+    std::string changed = html;
+    const std::size_t at = changed.find(what);
+    BOOST_REQUIRE(at != std::string::npos);
+    changed.replace(at, std::string(what).size(), instead);
+    BOOST_CHECK_THROW(figures_of(changed), InputError);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(figures_of_one_name_are_numbered) {
+  const Chart chart = chart_with("a", {{"c", {1}, {2}}});
+  const std::vector<NamedFigure> figures =
+      figures_of(figure_html("<svg></svg>", std::vector<Chart>{chart, chart}, 100));
+  BOOST_TEST(figures.at(0).name == "a");
+  BOOST_TEST(figures.at(1).name == "a_2");
 }
 
 BOOST_AUTO_TEST_CASE(csv_has_a_row_a_value_and_quotes_names) {

@@ -100,7 +100,7 @@ Values six(Values four) {
   return four;
 }
 
-// The second is nearest and least late, the first smoothest; their costs tie.
+// The second is nearest, in force and in time, the first smoothest; their costs tie.
 Comparison six_seeds() {
   Comparison c = comparison(6);
   add_row(c, "off", six({{0.4, 0.5, 0.4, 0.5}, {1, 1.1, 1, 1.1}, {20, 21, 20, 21}, {9, 11, 10, 10}, {1, 2, 3, 4}}));
@@ -116,7 +116,7 @@ BOOST_AUTO_TEST_CASE(a_verdict_names_the_nearest_the_smoothest_and_what_each_cos
        "local is nearest to the reference: RMS error 0.150 ± 0.0548 N; next is off with 0.450 ± 0.0548 N, 3.0 "
        "times as much.");
   says(text, "off is smoothest: RMS second difference 1.05 ± 0.0548 N/ms²; next is local with");
-  says(text, "local is least late: delay 1.50 ± 0.548 ms");
+  says(text, "local is nearest in time: delay 1.50 ± 0.548 ms");
   says(text, "CPU time for each second of the run: local 9.90 ± 0.600 ms/s and off 10 ± 0.894 ms/s.");
   says_not(text, "chance");
 }
@@ -162,7 +162,7 @@ BOOST_AUTO_TEST_CASE(a_row_that_lacks_seeds_is_not_ranked_and_a_metric_that_nobo
   for (CompareRow& row : c.rows) row.values[2].assign(6, nan_);
   const std::string text = verdict_of(c);
   says(text, "local is nearest to the reference");
-  says(text, "No method is called least late: no run reports its delay.");
+  says(text, "No method is called nearest in time: no run reports its delay.");
   says(text, "Not ranked, because every run failed: broken.");
   says(text, "the seeds that are missing may be the hard ones: partly (5 of 6 seeds).");
   // A seed that all lack costs nobody its rank.
@@ -458,7 +458,8 @@ BOOST_AUTO_TEST_CASE(the_terminal_tells_nothing_of_the_force_of_a_blind_run) {
   const std::string text = headline_text(run, "report.html", false, 200);
   for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference", "limit cycle", "--all"})
     says_not(text, told);
-  for (const char* told : {"done, 1 s", "let the force through 90 % of the time", "dropped 3 messages", "blind"}) says(text, told);
+  for (const char* told : {"done, 1 s", "let the force through 90 % of the time", "dropped 3 messages", "blind"})
+    says(text, told);
 }
 
 BOOST_AUTO_TEST_CASE(a_script_comes_with_charts_alone_and_is_small) {

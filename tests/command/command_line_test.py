@@ -174,8 +174,8 @@ class Names(Refused):
         self.write("mine.yaml", "nodes: {prediction: {type: prediction.kalman}}\n")
         self.write("named.yaml", "title: my own\nnodes: {prediction: {type: prediction.kalman}}\n")
         base = self.folder.name  # the graph is a scene, which has its folder's name
-        for overs, name, title in ((("mine",), f"{base}_mine", "a ball on a wall, with mine over it"), (("named",), f"{base}_named", "my own"),
-                                   (("mine", "kalman"), f"{base}_mine_kalman", "a Kalman filter of the force and its rate, gone along until the next"),
+        for overs, name, title in ((("mine",), f"{base}_mine", "a ball on a wall, here with mine"), (("named",), f"{base}_named", "my own"),
+                                   (("mine", "kalman"), f"{base}_mine_kalman", "a Kalman filter of the force and its rate, gone along until the next, here with mine"),
                                    ((), base, "a ball on a wall")):
             with self.subTest(overs=overs):
                 options = [word for over in overs for word in ("--over", over)]

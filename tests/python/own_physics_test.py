@@ -153,7 +153,7 @@ class OwnPhysics(CommandTest):
 
     def nobody_is_best(self, html):
         self.assertNotIn('aria-label="best"', html)
-        for word in ("nearest", "smoothest", "least late", "not undercut\">run", "(least)"):
+        for word in ("nearest", "smoothest", "nearest in time", "not undercut\">run", "(least)"):
             self.assertNotIn(word, html)
 
     def test_the_truth_is_as_fine_as_the_reference_whatever_gives_the_rate(self):

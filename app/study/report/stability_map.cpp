@@ -467,7 +467,7 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
     write_file(folder / (file + ".svg"), svg);
     const std::string png = draw(drawing, PictureFormat::png, width, height);
     if (!png.empty()) write_file(folder / (file + ".png"), png);
-    body += "<h2>" + escape(map_name(map)) + "</h2>\n" + figure_html(svg, drawing);
+    body += "<h2>" + escape(map_name(map)) + "</h2>\n" + figure_html(svg, drawing, height);
     body +=
         "<div class=\"wide\"><table><thead><tr><th>" + escape(maps.x.name) + "</th><th>" + escape(maps.y.name) +
         "</th><th>verdict</th><th>peak energy, mJ</th><th>passivity violation, mJ</th><th>amplitude, mm</th><th>Hz</th>"

@@ -25,7 +25,7 @@ struct Subject {
 constexpr std::array<Subject, 3> subjects{{
     {"delivered.force.rms_error_N", "nearest to the reference", "nearer to the reference", "RMS error"},
     {"delivered.force.rms_d2_N_per_ms2", "smoothest", "smoother", "RMS second difference"},
-    {"delivered.force.delay_ms", "least late", "less late", "delay"},
+    {"delivered.force.delay_ms", "nearest in time", "nearer in time", "delay"},
 }};
 constexpr Subject cost{"cpu_ms_per_s", "cheapest", "cheaper", "CPU time"};
 constexpr std::size_t most_named = 12;
@@ -67,14 +67,21 @@ class Speaker {
   [[nodiscard]] const Ranking& order() const { return ranking_; }
   [[nodiscard]] std::string name(std::size_t row) const { return breakable(comparison_.rows[row].name()); }
   [[nodiscard]] std::string term() const { return defined(subject_.term, comparison_.info(subject_.metric)); }
-  [[nodiscard]] double value(std::size_t row) const {
-    return mean(comparison_.rows[row].done(comparison_.rows[row].values[column_]));
+  /// By seed; of a metric that is better near zero its size.
+  [[nodiscard]] std::vector<double> values(std::size_t row) const {
+    std::vector<double> found = comparison_.rows[row].done(comparison_.rows[row].values[column_]);
+    const MetricInfo* info = comparison_.info(subject_.metric);
+    if (info != nullptr && info->better == Better::near_zero) {
+      for (double& value : found) value = std::abs(value);
+    }
+    return found;
   }
+  [[nodiscard]] double value(std::size_t row) const { return mean(values(row)); }
   /// `0.0177 ± 0.0030 N`.
   [[nodiscard]] std::string value_text(std::size_t row) const {
-    const std::vector<double> values = comparison_.rows[row].done(comparison_.rows[row].values[column_]);
-    std::string text = pretty(mean(values));
-    if (values.size() > 1) text += " ± " + pretty(standard_deviation(values));
+    const std::vector<double> by_seed = values(row);
+    std::string text = pretty(mean(by_seed));
+    if (by_seed.size() > 1) text += " ± " + pretty(standard_deviation(by_seed));
     return with_unit(comparison_, text, subject_.metric);
   }
   [[nodiscard]] std::vector<std::string> names(const std::vector<std::size_t>& rows) const {

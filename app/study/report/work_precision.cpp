@@ -382,7 +382,7 @@ std::string write_work_precision(const std::filesystem::path& folder, const Stud
       write_file(folder / (chart_file(graph->graph) + ".svg"), svg);
       const std::string png = draw(charts, PictureFormat::png, chart_width, height);
       if (!png.empty()) write_file(folder / (chart_file(graph->graph) + ".png"), png);
-      body += figure_html(svg, charts);
+      body += figure_html(svg, charts, height);
     }
     body += table_html(found, *graph);
     const auto index = static_cast<std::size_t>(graph - found.graphs.data());

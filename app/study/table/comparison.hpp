@@ -108,7 +108,7 @@ std::string with_unit(const Comparison& comparison, const std::string& text, std
 /// The column's label, and an arrow down where lower is better, up where higher is.
 std::string head_of(const Comparison& comparison, const Column& column);
 /// What the arrows of head_of say, for readers.
-inline constexpr const char* arrows_text = "↓: lower is better; ↑: higher is better";
+inline constexpr const char* arrows_text = "↓: lower is better; ↑: higher is better; →0: nearer to zero is better";
 
 /// Of all runs that are done. `warning` names the rows with a run whose repeats spread too far, the worst first.
 TimingNote timing_note(const Comparison& comparison, Repeats repeats);

@@ -284,7 +284,7 @@ BOOST_FIXTURE_TEST_CASE(of_several_files_extended_the_later_lies_over_the_earlie
   const GraphSpec laid =
       load("base.yaml", {over_patch(folder.path() / "slow.yaml"), over_patch(folder.path() / "fast.yaml")});
   BOOST_TEST(laid.name == "base_slow_fast");
-  BOOST_TEST(laid.title == "fast");
+  BOOST_TEST(laid.title == "fast, here with slow");
   BOOST_TEST(laid.duration.ns == 9'000'000'000);
   BOOST_TEST(std::get<double>(param(laid, "device", "rate")) == 900.0);
 }

@@ -81,7 +81,7 @@ export function make_scene() {
   }
   app.scene.set_dark(dark_query.matches);
   const handle = app.store.role('handle');
-  app.cursor = new Cursor({ scene: app.scene, hello: app.hello, send: (message) => app.connection?.send(message),
+  app.cursor = new Cursor({ scene: app.scene, hello: app.hello, send: (message) => app.connection?.send(message), fall_silent: () => app.connection?.fall_silent(),
     handle: () => (handle?.size ? handle.row(handle.end - 1) : null), allowed: () => Boolean(in_control()) });
   const layers = [['bodies', 'bodies', true], ['ground', 'grid', true]];
   if (handle) layers.push(['handle', 'handle', true]);

@@ -15,7 +15,11 @@ export class Connection {
       else if (data.closed) this.closed(data.closed, listener);
       else this.take(data, listener);
     };
-    this.worker.onerror = () => listener.closed('No connection: the browser did not start /socket.js.');
+    this.worker.onerror = () => {
+      const was_open = this.open;
+      this.close();
+      listener.closed(was_open ? 'Connection lost: the worker of the page has failed.' : 'No connection: the browser did not start /socket.js.');
+    };
     this.worker.postMessage({ open: { url: `${scheme}://${location.host}/stream`, protocols: token ? ['tactor.view', `token.${token}`] : ['tactor.view'] } });
   }
 
@@ -45,6 +49,11 @@ export class Connection {
 
   send(message) {
     this.worker.postMessage({ text: JSON.stringify(message), input: message.type === 'input' });
+  }
+
+  /** The worker does not send the newest input again. */
+  fall_silent() {
+    this.worker.postMessage({ silent: true });
   }
 
   /** Remembers a frame; it is acknowledged when it was drawn. */

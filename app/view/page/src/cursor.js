@@ -12,11 +12,12 @@ export class Cursor {
    * @param {import('./scene.js').SceneView} world.scene
    * @param {object} world.hello
    * @param {function(object): void} world.send
+   * @param {function(): void} world.fall_silent ends the heartbeat until the next input
    * @param {function(): ArrayLike<number> | null} world.handle the newest pose of the handle
    * @param {function(): boolean} world.allowed whether this client is in control
    */
-  constructor({ scene, hello, send, handle, allowed }) {
-    Object.assign(this, { scene, hello, send, handle, allowed });
+  constructor({ scene, hello, send, fall_silent, handle, allowed }) {
+    Object.assign(this, { scene, hello, send, fall_silent, handle, allowed });
     const start = hello.device?.start ?? [0, 0, 0, 1, 0, 0, 0];
     this.p = new Vector3(start[0], start[1], start[2]);
     this.q = new Quaternion(start[4], start[5], start[6], start[3]);
@@ -163,7 +164,6 @@ export class Cursor {
   step(now, force_part) {
     const dt = Math.min(0.1, (now - this.last_step) / 1000);
     this.last_step = now;
-    this.last_drawn = now;
     if (!this.hello.device?.mouse) return;
     if (this.by === 'keys') {
       const way = (plus, minus) => (this.keys.has(plus) ? 1 : 0) - (this.keys.has(minus) ? 1 : 0);
@@ -200,14 +200,18 @@ export class Cursor {
     }
   }
 
+  /** The whole frame was drawn. @param {number} now ms */
+  drawn(now) {
+    this.last_drawn = now;
+  }
+
   beat() {
-    const now = performance.now();
-    if (now - this.last_drawn > HANGS_AFTER) return; // nobody holds what they cannot see
-    if (now - this.last_sent >= HEARTBEAT - 5) this.tell(false);
+    if (performance.now() - this.last_sent >= HEARTBEAT - 5) this.tell(false);
   }
 
   tell(always) {
     const now = performance.now();
+    if (!always && now - this.last_drawn > HANGS_AFTER) return this.fall_silent(); // nobody holds what they cannot see
     if (!this.allowed() || (!always && now - this.last_sent < LEAST_GAP)) return;
     this.last_sent = now;
     ++this.sent;

@@ -92,4 +92,5 @@ export function frame(now) {
     app.status_shown = now;
     show_status();
   }
+  app.cursor?.drawn(performance.now());
 }

@@ -19,6 +19,11 @@ export class Heartbeat {
     this.heard = this.sent = now;
   }
 
+  /** Nothing is sent again until the next input. */
+  fall_silent() {
+    this.input = null;
+  }
+
   /** The input that is to be sent again at `now`, in ms, or null. @param {number} now @returns {string | null} */
   due(now) {
     if (this.input === null || now - this.heard > HANGS_AFTER || now - this.sent < REPEAT_AFTER) return null;

@@ -25,7 +25,7 @@ const HOLDS = {
   never: { what: 'Nobody holds the tool.', again: HOLD },
   held: { what: 'Nobody holds the tool.', again: HOLD },
   let_go: { what: 'You let go of the tool.', again: HOLD },
-  silent: { what: 'The page did not answer in time: it was too slow, or hidden.', again: 'Let go of the mouse button, then press on the tool again.' },
+  silent: { what: 'The page did not answer in time: it was too slow, or hidden.', again: 'Let go, then press on the tool again.' },
   page_gone: { what: 'The page that was in control was closed.', again: HOLD },
 };
 

@@ -28,6 +28,7 @@ function send(text) {
 
 onmessage = ({ data }) => {
   if (data.open) return open(data.open);
+  if (data.silent) return heartbeat.fall_silent();
   if (data.input) heartbeat.take(data.text, performance.now());
   send(data.text);
 };

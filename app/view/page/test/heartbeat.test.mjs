@@ -25,6 +25,15 @@ test('a page that draws for half a second is spoken for', () => {
   assert.equal(heartbeat.due(2540), 'input 4');
 });
 
+test('a page that asks for silence is not spoken for until its next input', () => {
+  const heartbeat = new Heartbeat();
+  heartbeat.take('held', 0);
+  heartbeat.fall_silent();
+  assert.deepEqual(beats(heartbeat, 0, 5000), []);
+  heartbeat.take('held', 6000);
+  assert.equal(heartbeat.due(6040), 'held');
+});
+
 test('a page that hangs is spoken for no longer than stated', () => {
   const heartbeat = new Heartbeat();
   heartbeat.take('held', 0);
