@@ -158,7 +158,8 @@ std::string gate_text(const RunResult& result) {
       text += fmt::format("{}{}: {:.0f}", text.empty() ? "" : ", ", name.substr(cause.size()), value);
     }
   }
-  return fmt::format("{}; let the force through {} of the time", text.empty() ? "limited nothing" : text, percent(engaged));
+  return fmt::format("{}; let the force through {} of the time", text.empty() ? "limited nothing" : text,
+                     percent(engaged));
 }
 
 std::string run_time_text(const RunResult& result) {

@@ -7,7 +7,7 @@
 export const COLOURS = {
   light: { force: '#6a1fb0', tool: '#e0a030', hand: '#6b4a00', physics: '#0072b2', predicted: '#cc79a7', interpolated: '#009e73',
     reference: '#9aa3ac', contacts: '#30363d', patch: '#cc79a7', p50: '#009e73', p99: '#e69f00', max: '#d55e00' },
-  dark: { force: '#b07cff', tool: '#e0a030', hand: '#f2d59a', physics: '#56b4e9', predicted: '#cc79a7', interpolated: '#009e73',
+  dark: { force: '#b07cff', tool: '#e6b050', hand: '#f2d59a', physics: '#56b4e9', predicted: '#cc79a7', interpolated: '#009e73',
     reference: '#7d8791', contacts: '#c9d1d9', patch: '#cc79a7', p50: '#009e73', p99: '#e69f00', max: '#d55e00' },
 };
 const SAME = { commanded: 'force', handle: 'tool', delay: 'physics', rate: 'physics' };
