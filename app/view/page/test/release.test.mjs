@@ -13,7 +13,7 @@ test('nothing is said while the force is in, or comes in', () => {
 
 test('a button that was let go is told from a page that was silent or closed', () => {
   assert.match(released({ cause: 'dead_man', hold: 'let_go' }).what, /^You let go/);
-  assert.match(released({ cause: 'dead_man', hold: 'silent' }).again, /^Let go of the mouse button/);
+  assert.match(released({ cause: 'dead_man', hold: 'silent' }).again, /^Let go, then press/);
   assert.match(released({ cause: 'dead_man', hold: 'page_gone', control: 'nobody' }).what, /was closed/);
   assert.match(released({ cause: 'dead_man', hold: 'let_go', control: 'other' }).what, /^Another page is in control/);
 });
