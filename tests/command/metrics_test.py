@@ -12,7 +12,7 @@ FROZEN = pathlib.Path(__file__).parent / "metric_definitions.txt"
 def declared():
     """A line a metric that judges a run: name, unit, which is better, and what it is."""
     text = tactor("nodes", "sink.metrics").stdout.partition("\nmetrics\n")[2]
-    rows = re.findall(r"^  (\S+) \(([^;)]*)(?:; (lower|higher) is better)?\)\n      (.*)$", text, re.MULTILINE)
+    rows = re.findall(r"^  (\S+) \(([^;)]*)(?:; (lower|higher|near zero) is better)?\)\n      (.*)$", text, re.MULTILINE)
     return [" | ".join((name, unit.replace("number", ""), better, meaning)) for name, unit, better, meaning in rows]
 
 
