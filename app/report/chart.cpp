@@ -411,7 +411,7 @@ std::vector<Chart> apart_in_grey(std::vector<Chart> charts) {
   return charts;
 }
 
-/// What the names above the curves take of the height, beyond a first line of them.
+/// The height of the names above the curves, without that of their first line.
 double height_of_names_mm(const std::vector<Chart>& charts, double width_mm) {
   constexpr double character_mm = 1.75, sample_mm = 9, line_mm = 3.6;
   double height = 0;

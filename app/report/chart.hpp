@@ -65,14 +65,14 @@ struct CellMap {
   std::string name{};                                         ///< by which `tactor export --figure` finds it
 };
 
-/// What gnuplot draws: charts under each other, or a map.
+/// Charts under each other, or a map.
 using Drawing = std::variant<std::vector<Chart>, CellMap>;
 
 enum class PictureFormat { svg, png, pdf };
 
 enum class PaperWidth { one_column, two_columns };
 
-// Where gnuplot cannot draw, the SVG of a page says why in its place, all others are empty, and a note goes to standard
+// Without gnuplot the SVG of a page says why there is no chart, and all others are empty. A note goes to standard
 // error.
 
 /// For a page: `width` by `height` pixels a chart; a PNG has twice the pixels each way.

@@ -182,7 +182,7 @@ CellMap map_of(const nlohmann::json& json) {
   return map;
 }
 
-/// What stands in the page's script element; nothing in it can end that.
+/// The text of the script element that holds the data; nothing in it can end the element.
 std::string data_of(const Drawing& drawing, int height) {
   nlohmann::json json{{"height", height}};
   if (const auto* map = std::get_if<CellMap>(&drawing)) {
@@ -245,15 +245,13 @@ std::string csv_of(const CellMap& map) {
 void add_figures(std::string_view data, std::vector<NamedFigure>& figures) {
   const nlohmann::json json = nlohmann::json::parse(data);
   if (json.contains("map")) {
-    CellMap map = map_of(json.at("map"));
-    std::string name = map.name;
-    figures.push_back({std::move(name), std::move(map)});
+    const CellMap map = map_of(json.at("map"));
+    figures.push_back({map.name, map});
     return;
   }
   for (const nlohmann::json& one : json.at("charts")) {
-    Chart chart = chart_of(one, json.at("x"));
-    std::string name = chart.name;
-    figures.push_back({std::move(name), std::vector<Chart>{std::move(chart)}});
+    const Chart chart = chart_of(one, json.at("x"));
+    figures.push_back({chart.name, std::vector<Chart>{chart}});
   }
 }
 

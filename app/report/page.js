@@ -78,7 +78,7 @@ function add_line(parent, curve, d) {
   add(parent, 'path', {class: 'line', style: color(curve), d, 'stroke-dasharray': DASHES[curve.dash % 4 || 0]});
 }
 
-// What stands before a curve's name.
+// The sample before a curve's name.
 function add_sample(parent, curve, x, y) {
   if (curve.lines.length && !curve.x_low) add_line(parent, curve, `M${x},${y}h22`);
   if (curve.has_marks) add_mark(parent, curve, `${x + 11},${y}`);

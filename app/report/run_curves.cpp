@@ -43,7 +43,7 @@ std::vector<Curve> curves_of_devices(const RunResult& run, const Of& of, const s
   return curves;
 }
 
-/// What the title of a chart of the judged interval says of it.
+/// `, judged from 0.2 s on`, for titles; empty where the whole run is judged.
 std::string judged_text(const RunResult& run) {
   const double from = judged_of(run).first;
   return from > 0 ? fmt::format(", judged from {} s on", pretty(from)) : "";

@@ -56,14 +56,13 @@ std::string capitalised(std::string text) {
 }
 
 /// How the run ended, as a sentence.
-std::string verdict(const RunResult& run) {
-  return "<p class=\"verdict\"><b>" + escape(capitalised(headline(run).front().text)) + ".</b></p>\n";
+std::string verdict(const std::vector<HeadlineLine>& lines) {
+  return "<p class=\"verdict\"><b>" + escape(capitalised(lines.front().text)) + ".</b></p>\n";
 }
 
-/// What else is told in a few words: a row a line of the headline.
-std::string headline_table(const RunResult& run) {
+/// A row for each other line of the headline.
+std::string headline_table(const RunResult& run, const std::vector<HeadlineLine>& lines) {
   HtmlTable table({"", ""});
-  const std::vector<HeadlineLine> lines = headline(run);
   for (std::size_t i = 1; i < lines.size(); ++i) {
     table.add({defined(capitalised(lines[i].name), run.info(lines[i].metric)), escape(lines[i].text)});
   }
@@ -82,13 +81,11 @@ std::string rows_figure(const RunResult& run, const std::string& color) {
   return rows.empty() ? std::string() : "<h2>The run</h2>\n" + chart_figure(rows, 1160, 210);
 }
 
-/// Error and force over time, beside each other; all rows of the run where there is no error.
-std::string first_charts(const RunResult& run, const std::string& color) {
+/// Error and force over time, beside each other.
+std::string first_charts(const Chart& error, const Chart& force) {
   constexpr int half_width = 580, height = 330;
-  const std::optional<Chart> error = error_over_time(run, color), force = judged_force_over_time(run, color);
-  if (!error) return why_no_error(run) + rows_figure(run, color);
-  return "<div class=\"pair\">\n" + chart_figure({*error}, half_width, height) +
-         chart_figure({*force}, half_width, height) + "</div>\n";
+  return "<div class=\"pair\">\n" + chart_figure({error}, half_width, height) +
+         chart_figure({force}, half_width, height) + "</div>\n";
 }
 
 /// The scene at the largest force; at the begin where there was none, or where it is not known how it was then.
@@ -136,7 +133,8 @@ std::string run_report(const RunResult& run, const Scene* scene) {
   std::string body = fmt::format("<p class=\"sub\">{}{}seed {}, {} s {}, {} MB, tactor {}</p>\n", escape(run.title),
                                  run.title.empty() ? "" : " · ", run.seed, pretty(run.duration_s), time,
                                  pretty(run.peak_memory_MB), TACTOR_VERSION);
-  body += verdict(run);
+  const std::vector<HeadlineLine> lines = headline(run);
+  body += verdict(lines);
   if (run.failure) body += "<p class=\"bad\">The run has failed: " + escape(*run.failure) + "</p>\n";
   if (run.interrupted && !run.live) {
     body +=
@@ -151,10 +149,13 @@ std::string run_report(const RunResult& run, const Scene* scene) {
         "<p class=\"bad\">{} messages of the devices were not taken in time: curves and picture may lack peaks.</p>\n",
         run.trace.lost);
   }
-  body += first_charts(run, color) + "<div class=\"pair\">\n" + headline_table(run) +
+  const std::optional<Chart> error = error_over_time(run, color);
+  const std::string rows = rows_figure(run, color);
+  body += error ? first_charts(*error, *judged_force_over_time(run, color)) : why_no_error(run) + rows;
+  body += "<div class=\"pair\">\n" + headline_table(run, lines) +
           (scene == nullptr ? std::string() : picture(run, *scene)) + "</div>\n";
   body += zoom_figure(run, color);
-  if (error_over_time(run, color)) body += rows_figure(run, color);
+  if (error) body += rows;
   body += folded("All metrics", metrics_table(run));
   body += folded("Run time", "<p>CPU time of each step on one core.</p>\n" + cost_table(run));
   body += folded("Edges", edge_table(run));

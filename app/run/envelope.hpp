@@ -15,7 +15,7 @@ class Envelope {
  public:
   explicit Envelope(std::size_t most_pieces) : most_pieces_(most_pieces) {}
 
-  /// What is not finite is left out.
+  /// Leaves out a value that is not finite.
   void add(double time_s, double value);
   [[nodiscard]] bool empty() const { return pieces_.empty(); }
   /// The values that were kept, by time; each value where it has no more than `most_pieces`.

@@ -195,17 +195,13 @@ std::string better_text(Better better) {
   return better == Better::neither ? std::string() : std::string(name_of(better));
 }
 
+double compared_value(Better better, double value) {
+  return better == Better::near_zero ? std::abs(value) : value;
+}
+
 double badness(Better better, double value) {
-  switch (better) {
-    case Better::higher:
-      return -value;
-    case Better::near_zero:
-      return std::abs(value);
-    case Better::lower:
-    case Better::neither:
-      return value;
-  }
-  return value;
+  const double compared = compared_value(better, value);
+  return better == Better::higher ? -compared : compared;
 }
 
 std::string_view direction_mark(Better better) {

@@ -52,6 +52,8 @@ bool is_method(Role role);
 std::string unit_text(const std::string& unit);
 /// `lower`, `higher`, or empty where neither is better.
 std::string better_text(Better better);
+/// The value; of a metric that is better near zero its size.
+double compared_value(Better better, double value);
 /// A number that is smaller for a better value; the value itself where neither is better.
 double badness(Better better, double value);
 /// ` ↓` where lower is better, ` ↑` where higher is, else empty.

@@ -1,4 +1,4 @@
-// What the page of a run shows of its devices: force, position, safety gate, and the scene at the largest force.
+// A trace of a run for its page: force, position and safety gate of the devices, and the scene at the largest force.
 #pragma once
 
 #include <cstdint>

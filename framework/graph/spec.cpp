@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <set>
 
+#include "framework/core/plain_name.hpp"
 #include "framework/core/text.hpp"
 #include "framework/graph/compose.hpp"
 #include "framework/graph/merge.hpp"
@@ -239,13 +240,7 @@ std::string replaced_nodes(const Overrides& overrides) {
 /// The stem of a file as a part of a name: short, of letters, digits, `-`, `.` and `_`.
 std::string plain_stem(const fs::path& file) {
   constexpr std::size_t longest = 40;
-  std::string stem = file.stem().string().substr(0, longest);
-  for (char& c : stem) {
-    const bool plain =
-        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
-    if (!plain) c = '_';
-  }
-  return stem;
+  return plain_name(file.stem().string().substr(0, longest));
 }
 
 /// `_local` for each file that is laid over a graph: what the graph's own name does not tell.

@@ -16,10 +16,12 @@
 #include "app/study/report/study_report.hpp"
 #include "app/study/report/verdict.hpp"
 #include "framework/core/stability.hpp"
+#include "tests/support/page_text.hpp"
 
 BOOST_AUTO_TEST_SUITE(report_test)
 
 using namespace tactor;
+using namespace tactor::test;
 
 namespace {
 
@@ -64,28 +66,8 @@ void fail(CompareRow& row, std::size_t seed) {
   for (std::vector<double>& column : row.values) column[seed] = nan_;
 }
 
-/// The text of a page, without its elements.
-std::string text_of(const std::string& html) {
-  std::string out;
-  bool inside = false;
-  for (const char c : html) {
-    if (c == '<') inside = true;
-    if (!inside) out += c;
-    if (c == '>') inside = false;
-  }
-  return out;
-}
-
 std::string verdict_of(const Comparison& c, const TimingNote& timing = {}) {
   return text_of(verdict_html(c, timing));
-}
-
-void says(const std::string& text, const std::string& part) {
-  BOOST_TEST(text.find(part) != std::string::npos, part << " in " << text);
-}
-
-void says_not(const std::string& text, const std::string& part) {
-  BOOST_TEST(text.find(part) == std::string::npos, part << " in " << text);
 }
 
 std::size_t count(const std::string& text, const std::string& part) {

@@ -9,10 +9,12 @@
 
 #include "app/report/figure.hpp"
 #include "app/report/method_style.hpp"
+#include "tests/support/page_text.hpp"
 
 BOOST_AUTO_TEST_SUITE(run_report_test)
 
 using namespace tactor;
+using namespace tactor::test;
 
 namespace {
 
@@ -20,22 +22,6 @@ std::string replaced(std::string text, const std::string& what, const std::strin
   for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size())
     text.replace(at, what.size(), by);
   return text;
-}
-
-/// The text of a page, without its elements.
-std::string text_of(const std::string& html) {
-  std::string out;
-  bool inside = false;
-  for (const char c : html) {
-    if (c == '<') inside = true;
-    if (!inside) out += c;
-    if (c == '>') inside = false;
-  }
-  return out;
-}
-
-void says(const std::string& text, const std::string& part) {
-  BOOST_TEST(text.find(part) != std::string::npos, part << " in " << text);
 }
 
 /// A run of 1 s whose commanded force is 1 N along x, and 0.5 N off the reference from 0.5 s on.
@@ -117,7 +103,7 @@ BOOST_AUTO_TEST_CASE(the_page_of_a_run_shows_the_error_beside_the_force_and_what
   BOOST_TEST(error.curves[0].y[0] > error.curves[0].y[3]);
   // The method has its colour.
   BOOST_TEST(error.curves[1].color == method_styles({"wall_off"}).front().color);
-  BOOST_TEST(html.find("No error is shown") == std::string::npos);
+  says_not(html, "No error is shown");
 }
 
 BOOST_AUTO_TEST_CASE(a_page_without_a_reference_says_so_and_shows_what_there_is) {

@@ -19,6 +19,7 @@
 #include "app/study/report/report_parts.hpp"
 #include "app/study/table/warnings.hpp"
 #include "app/study/table/where.hpp"
+#include "framework/core/plain_name.hpp"
 #include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/text_table.hpp"
@@ -116,15 +117,6 @@ StabilityCell worst_seed(const CompareRow& row, std::size_t index) {
 
 std::string map_name(const StabilityMap& map) {
   return map.graph + (map.method.empty() ? "" : " " + map.method);
-}
-
-std::string file_name(std::string text) {
-  for (char& c : text) {
-    const bool plain =
-        (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.';
-    if (!plain) c = '_';
-  }
-  return text;
 }
 
 std::vector<std::string> names_of(const StudyAxis& axis) {
@@ -343,7 +335,7 @@ std::string record_cell(const StabilityCell& cell, const Study& study, const Run
   const Plan plain = make_plan(load_graph(c.graph, registry, overrides));
   overrides.push_back(set_patch(record_setting(plain, study.spec.record)));
   const Plan plan = make_plan(load_graph(c.graph, registry, overrides));
-  const std::string name = file_name(graph_name(plan.graph.file) + "_" + c.configuration);
+  const std::string name = plain_name(graph_name(plan.graph.file) + "_" + c.configuration);
   const fs::path out = make_folder(folder / "worst" / name);
   RunOptions options;
   options.cache_folder = default_cache_folder();
@@ -463,7 +455,7 @@ std::string write_stability(const fs::path& folder, const Study& study, const St
   for (const StabilityMap& map : maps.maps) {
     const CellMap drawing = drawing_of(maps, map);
     const std::string svg = draw(drawing, PictureFormat::svg, width, height);
-    const std::string file = file_name("stability_" + map_name(map));
+    const std::string file = plain_name("stability_" + map_name(map));
     write_file(folder / (file + ".svg"), svg);
     const std::string png = draw(drawing, PictureFormat::png, width, height);
     if (!png.empty()) write_file(folder / (file + ".png"), png);

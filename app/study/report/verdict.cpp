@@ -71,9 +71,7 @@ class Speaker {
   [[nodiscard]] std::vector<double> values(std::size_t row) const {
     std::vector<double> found = comparison_.rows[row].done(comparison_.rows[row].values[column_]);
     const MetricInfo* info = comparison_.info(subject_.metric);
-    if (info != nullptr && info->better == Better::near_zero) {
-      for (double& value : found) value = std::abs(value);
-    }
+    for (double& value : found) value = compared_value(info == nullptr ? Better::neither : info->better, value);
     return found;
   }
   [[nodiscard]] double value(std::size_t row) const { return mean(values(row)); }

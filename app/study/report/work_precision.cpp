@@ -63,14 +63,13 @@ WorkPoint point_of(const Study& study, std::size_t configuration, const std::vec
   }
   const auto spread = [&](std::string_view metric) {
     const MetricInfo* info = comparison.info(metric);
-    const bool by_size = info != nullptr && info->better == Better::near_zero;
+    const Better better = info == nullptr ? Better::neither : info->better;
     std::vector<double> by_seed;
     for (const std::size_t s : seeds) {
       std::vector<double> over_rows;
       for (const std::size_t row : rows) {
         const std::span<const double> values = comparison.rows[row].metric(metric, comparison.columns);
-        const double value = values.empty() ? std::nan("") : values[s];
-        over_rows.push_back(by_size ? std::abs(value) : value);
+        over_rows.push_back(values.empty() ? std::nan("") : compared_value(better, values[s]));
       }
       by_seed.push_back(spread_of(over_rows).centre);
     }
