@@ -71,12 +71,12 @@ def read_material(engine, file=None):
 
 
 def recorded(tactor, graph, folder, overlay, options=()):
-    """Runs a graph with a text laid over it; the recording, open, and the graph's name."""
+    """Runs a graph with a text laid over it; the recording, open, and the graph's name without that of the text."""
     over = folder / "over.yaml"
     over.write_text(overlay)
     run([tactor, "run", graph, *options, "--over", over, "--out", folder / "run", "--overwrite"])
     name = json.loads((folder / "run/summary.json").read_text())["graph"]
-    return h5py.File(folder / "run/recording.h5"), name
+    return h5py.File(folder / "run/recording.h5"), name.removesuffix(f"_{over.stem}")
 
 
 def handle_motion(file):
