@@ -1,7 +1,7 @@
 #include "bench/hop_live.hpp"
 
 #include "framework/core/check.hpp"
-#include "framework/engine/live/live_run.hpp"
+#include "framework/engine/live/live_engine.hpp"
 #include "framework/node/declare.hpp"
 #include "tests/framework/engine/live/drive.hpp"
 #include "tests/framework/engine/live/live_nodes.hpp"
@@ -54,7 +54,7 @@ void hop_by_live_run(bool detached, int workers, const ThreadSettings& threads, 
   const std::size_t from = b.node("sender", sender, {1000.0}, detached ? own : Scheduling{});
   const std::size_t to = b.node("receiver", receiver, {});
   b.edge(from, to, 0, {}, true);
-  LiveRun run(b.plan);
+  LiveEngine run(b.plan);
   dynamic_cast<Sender&>(run.nodes()[from]).meter = &meter;
   dynamic_cast<Receiver&>(run.nodes()[to]).meter = &meter;
   sample::drive(run);

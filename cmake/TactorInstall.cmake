@@ -34,7 +34,7 @@ tactor_install_component(physics physics_mesh physics_geometry physics_contact p
 foreach(folder framework nodes/physics nodes/prediction devices/hardware)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder}/ DESTINATION ${TACTOR_HEADER_FOLDER}/${folder} COMPONENT dev
           FILES_MATCHING PATTERN *.hpp PATTERN hdf5_* EXCLUDE PATTERN cgal EXCLUDE PATTERN meshing EXCLUDE PATTERN suitesparse EXCLUDE
-          REGEX "engine/live/(engine|lane_.*|live_run|live_watch|realtime_lane)[.]hpp$" EXCLUDE)
+          REGEX "engine/live/(lane_.*|live_engine|realtime_lane)[.]hpp$" EXCLUDE)
 endforeach()
 install(FILES ${TACTOR_ABI_FOLDER}/tactor_abi.hpp DESTINATION ${TACTOR_HEADER_FOLDER} COMPONENT dev)
 

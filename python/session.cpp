@@ -49,23 +49,19 @@ Duration duration_of(const py::object& given, const std::string& what) {
 
 namespace {
 
-/// How long Python waits for its signals.
+/// How long Python waits for its signals, and the longest part of a run that passes in one go.
 constexpr Duration attend_period{20'000'000};
-
-/// What passes of a run in one go.
-Duration slice_of(const Session& session, double pace) {
-  if (session.is_live()) return attend_period;
-  constexpr Duration fast{10'000'000};
-  return pace > 0 ? std::min(fast, Duration::from_seconds(attend_period.seconds() * pace)) : fast;
-}
+constexpr Duration longest_slice{10'000'000};
 
 }  // namespace
 
 SessionState::SessionState(const Graph& graph, const SessionOptions& options)
     : registry_(graph.registry()),
       session_(std::make_unique<Session>(graph.plan(), options)),
-      live_(session_->is_live()),
-      slice_(slice_of(*session_, options.pace)) {}
+      live_(graph.plan().graph.clock == Clock::real),
+      slice_(options.engine.pace > 0
+                 ? std::min(longest_slice, Duration::from_seconds(attend_period.seconds() * options.engine.pace))
+                 : longest_slice) {}
 
 SessionState::~SessionState() {
   if (is_foreign()) {
@@ -175,7 +171,7 @@ bool SessionState::is_running() {
 double SessionState::now() {
   return use([this](Session& session) {
     if (!started_) return 0.0;
-    return (live_ && finished_ ? session.last_status().now : session.now()).seconds();
+    return session.now().seconds();
   });
 }
 
@@ -270,17 +266,17 @@ py::dict status_of(SessionState& state) {
   if (!state.is_live()) throw InputError("status: expected a session whose clock is real, found clock: virtual");
   if (!state.is_started()) throw RunError("status: the session has not started");
   std::vector<std::string> names;
-  const LiveStatus status = state.use([&](Session& session) {
+  const EngineStatus status = state.use([&](Session& session) {
     for (const NodeSpec& node : session.plan().nodes) names.push_back(node.name);
-    return state.is_finished() ? session.last_status() : session.status();
+    return session.status();
   });
   py::dict nodes, devices;
   for (std::size_t i = 0; i < status.nodes.size(); ++i) {
-    const LiveNode& node = status.nodes[i];
+    const NodeStatus& node = status.nodes[i];
     nodes[py::str(names[i])] =
         py::dict("steps"_a = node.steps, "missed_ticks"_a = node.missed_ticks, "stalled"_a = node.stalled);
   }
-  for (const LiveDevice& device : status.devices) {
+  for (const DeviceStatus& device : status.devices) {
     devices[py::str(names[device.node])] =
         py::dict("ticks"_a = device.ticks, "missed"_a = device.missed, "dropped"_a = device.dropped,
                  "wakeup_us_p99"_a = device.wake_latency.p99.microseconds(),
@@ -332,7 +328,7 @@ void bind_session(py::module_& module) {
              }
              return without_lock([&] {
                return std::make_shared<SessionState>(
-                   graph, SessionOptions{.measure_cpu = measure_cpu, .pace = pace, .keeps_tables = true});
+                   graph, SessionOptions{.engine = {.measure_cpu = measure_cpu, .pace = pace}, .keeps_tables = true});
              });
            }),
            py::arg("graph"), py::arg("pace") = 0.0, py::arg("measure_cpu") = false)

@@ -56,7 +56,7 @@ std::vector<HeapUse> heap_uses(const Plan& plan, const std::function<bool()>& in
   // The same work in a child would count as well, but a thread of its own would find other caches.
   count_thread_heap_bytes(true);
   {
-    Session session(plan, {.meter = &meter});
+    Session session(plan, {.engine = {.meter = &meter}});
     run_to_end(session, interrupted);
   }
   count_thread_heap_bytes(false);
@@ -79,7 +79,7 @@ struct Timed {
 };
 
 void run_once(Timed& timed, bool counts, const std::function<bool()>& interrupted) {
-  Session session(timed.plan, {.measure_cpu = true});
+  Session session(timed.plan, {.engine = {.measure_cpu = true}});
   run_to_end(session, interrupted);
   timed.steps.clear();
   for (std::size_t n = 0; n < timed.plan.nodes.size(); ++n) timed.steps.push_back(session.node_statistics(n).steps);

@@ -106,7 +106,7 @@ const LeanMeasure::Truth& LeanMeasure::truth(std::uint64_t seed) {
 LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, const Truth& truth) {
   const Plan plan = make_plan(prepared(graph, seed));
   control_us_.push_back(measure_control());
-  Session session(plan, {.measure_cpu = true});
+  Session session(plan, {.engine = {.measure_cpu = true}});
   run_to_end(session, options_.interrupted);
   const ReferenceRate rate = rate_of(truth.reference, &truth.plan, plan, session.now() - Time{},
                                      [&](std::size_t edge) { return session.edge_statistics(edge).delivered; });

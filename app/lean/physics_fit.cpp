@@ -45,11 +45,10 @@ GraphSpec with_physics_in_every_tick(GraphSpec graph) {
 void run_for_a_while(Session& session, const std::function<bool()>& interrupted) {
   const auto begin = std::chrono::steady_clock::now();
   constexpr Duration period{10'000'000};
-  session.start();
-  while (session.is_running() && std::chrono::steady_clock::now() - begin < most_real) {
-    session.advance(period);
+  session.run(period, [&] {
     if (interrupted()) throw Interrupted();
-  }
+    if (std::chrono::steady_clock::now() - begin >= most_real) session.stop();
+  });
 }
 
 double sum(const std::vector<PhysicsNode>& nodes, double PhysicsNode::*time) {
@@ -91,7 +90,7 @@ std::optional<PhysicsFit> measure_physics_fit(const Plan& plan, const std::funct
     fit.not_measured = error.what();
   };
   try {
-    Session session(make_plan(with_physics_in_every_tick(plan.graph)), {.measure_cpu = true});
+    Session session(make_plan(with_physics_in_every_tick(plan.graph)), {.engine = {.measure_cpu = true}});
     run_for_a_while(session, interrupted);
     fit.seconds = session.now().seconds();
     const std::vector<double> costs = node_costs(session);

@@ -8,14 +8,14 @@
 
 namespace tactor {
 
-std::string latencies_csv(const Plan& plan, const LiveStatus& status) {
+std::string latencies_csv(const Plan& plan, const EngineStatus& status) {
   std::string text = "latency,us,count\n";
   const auto add = [&text](const std::string& name, const LatencyStatistics& metrics) {
     for (const auto& [middle, count] : metrics.counts) {
       text += fmt::format("{},{:.3f},{}\n", name, middle.microseconds(), count);
     }
   };
-  for (const LiveDevice& device : status.devices) {
+  for (const DeviceStatus& device : status.devices) {
     const std::string& name = plan.nodes[device.node].name;
     add(name + ".wakeup", device.wake_latency);
     add(name + ".body", device.body_time);
@@ -39,8 +39,8 @@ void set_latency(Report& report, const std::string& name, const LatencyStatistic
 
 }  // namespace
 
-void report_live(const Plan& plan, const LiveStatus& status, std::uint64_t record_dropped, Report& report) {
-  for (const LiveDevice& device : status.devices) {
+void report_live(const Plan& plan, const EngineStatus& status, std::uint64_t record_dropped, Report& report) {
+  for (const DeviceStatus& device : status.devices) {
     report.begin(plan.nodes[device.node].name, lane_metrics());
     report.set("device.ticks", static_cast<double>(device.ticks));
     report.set("device.missed", static_cast<double>(device.missed));
@@ -54,7 +54,7 @@ void report_live(const Plan& plan, const LiveStatus& status, std::uint64_t recor
   report.begin("", live_metrics());
   report.set("record_drops", static_cast<double>(record_dropped));
   report.set("stalled", static_cast<double>(std::count_if(status.nodes.begin(), status.nodes.end(),
-                                                          [](const LiveNode& node) { return node.stalled; })));
+                                                          [](const NodeStatus& node) { return node.stalled; })));
 }
 
 void report_follower(const FollowerFigures& figures, Report& report) {

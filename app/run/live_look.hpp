@@ -13,7 +13,7 @@ namespace tactor {
 
 /// A live run at one moment.
 struct LiveLook {
-  LiveStatus status;
+  EngineStatus status;
   std::vector<std::optional<SafetyState>> safety;  ///< by device: what its gate said last; none where it has none
   std::uint64_t record_dropped = 0;                ///< messages that the recording could not take in time
   std::optional<FollowerFigures> follower;         ///< of the reference that follows it; none where none does

@@ -17,7 +17,7 @@ namespace tactor {
 
 namespace {
 
-std::string phase_text(const LiveStatus& status) {
+std::string phase_text(const EngineStatus& status) {
   switch (status.phase) {
     case Phase::starting: {
       std::string names;
@@ -92,8 +92,8 @@ std::vector<std::string> fitted(const std::string& block, std::size_t rows, std:
 namespace {
 
 /// The reference, the nodes and the edges.
-std::string pipeline_text(const Plan& plan, const LiveStatus& before, const LiveLook& look) {
-  const LiveStatus& now = look.status;
+std::string pipeline_text(const Plan& plan, const EngineStatus& before, const LiveLook& look) {
+  const EngineStatus& now = look.status;
   const Duration between = now.now - before.now;
   std::string out = look.follower ? follower_text(*look.follower) : "";
   out += fmt::format("\n  {:<24} {:<18} {:>9} {:>13}\n", "node", "lane", "steps/s", "missed ticks");
@@ -105,7 +105,7 @@ std::string pipeline_text(const Plan& plan, const LiveStatus& before, const Live
   }
   out += fmt::format("\n  {:<45} {:>7} {:>7} {:>7} {:>7}\n", "edge", "age p50", "p99", "max us", "drops");
   for (std::size_t e = 0; e < now.edges.size(); ++e) {
-    const LiveEdge& edge = now.edges[e];
+    const EdgeStatus& edge = now.edges[e];
     out += fmt::format("  {:<45.45} {:>7} {:>7} {:>7} {:>7}\n", plan.edges[e].spec.name(), age(edge.age.p50),
                        age(edge.age.p99), age(edge.age.max), edge.metrics.dropped);
   }
@@ -114,13 +114,13 @@ std::string pipeline_text(const Plan& plan, const LiveStatus& before, const Live
 
 }  // namespace
 
-std::string live_block(const Plan& plan, const LiveStatus& before, const LiveLook& look) {
-  const LiveStatus& now = look.status;
+std::string live_block(const Plan& plan, const EngineStatus& before, const LiveLook& look) {
+  const EngineStatus& now = look.status;
   const bool blind = experiment_of(plan).has_value();
   std::string out = fmt::format("  {}  {:.1f} of {} s  {}\n", plan.graph.name, std::max(0.0, now.now.seconds()),
                                 pretty(plan.graph.duration.seconds()), phase_text(now));
   for (std::size_t i = 0; i < now.devices.size(); ++i) {
-    const LiveDevice& d = now.devices[i];
+    const DeviceStatus& d = now.devices[i];
     out += fmt::format("\n  {:<20} {}\n", plan.nodes[d.node].name, look.safety[i] ? safety_text(*look.safety[i]) : "");
     out += fmt::format("    ticks {}  missed {}  allocations {}  page faults {}\n", d.ticks, d.missed,
                        d.heap_calls ? std::to_string(*d.heap_calls) : "-", d.page_faults);
@@ -142,7 +142,7 @@ std::string live_block(const Plan& plan, const LiveStatus& before, const LiveLoo
 LiveView::LiveView(const Plan& plan) : plan_(plan), terminal_(isatty(STDERR_FILENO) == 1) {}
 
 void LiveView::draw(const LiveLook& look) {
-  const LiveStatus& status = look.status;
+  const EngineStatus& status = look.status;
   // A quarter of a second is often enough to read.
   if (!terminal_ || (rows_ > 0 && status.now - drawn_.now < Duration{250'000'000})) return;
   winsize size{};

@@ -24,12 +24,12 @@ class LiveView {
 
   const Plan& plan_;
   const bool terminal_;
-  LiveStatus drawn_;      // what was drawn last, for rates
+  EngineStatus drawn_;    // what was drawn last, for rates
   std::size_t rows_ = 0;  // on the terminal
 };
 
 /// The block for `now`, with rates since `before`. At most 100 columns wide.
-std::string live_block(const Plan& plan, const LiveStatus& before, const LiveLook& now);
+std::string live_block(const Plan& plan, const EngineStatus& before, const LiveLook& now);
 
 /// The lines of `block` cut to a terminal of so many rows and columns, each at least 1; where rows are missing the last
 /// one tells how many.

@@ -30,9 +30,7 @@ void replay_recording(const std::filesystem::path& recording, const std::filesys
   Session session(plan, {.replay = &log});
   const std::unique_ptr<Recorder> recorder = load_record_library().create(folder / "recording.h5", reader->header());
   record(session, *recorder);
-  session.start();
-  while (session.is_running()) session.advance(Duration{100'000'000});
-  session.finish();
+  session.run(Duration{100'000'000}, [] {});
   recorder->close();
 }
 

@@ -182,13 +182,14 @@ void add_statistics(Session& session, RunResult& result) {
 /// The watcher of a run, where there is one, from its begin to its end.
 class Watched {
  public:
-  Watched(RunWatcher* watcher, Session& session, Follower* follower) : watcher_(watcher) {
+  Watched(RunWatcher* watcher, Session& session, Follower* follower, const RunResult& result)
+      : watcher_(watcher), result_(result) {
     if (watcher_ != nullptr) watcher_->begin(session, follower);
   }
   Watched(const Watched&) = delete;
   Watched& operator=(const Watched&) = delete;
   ~Watched() {
-    if (watcher_ != nullptr) watcher_->end(std::uncaught_exceptions() > 0);
+    if (watcher_ != nullptr) watcher_->end(result_.failure || std::uncaught_exceptions() > 0);
   }
   void attend() {
     if (watcher_ != nullptr) watcher_->attend();
@@ -196,6 +197,7 @@ class Watched {
 
  private:
   RunWatcher* watcher_;
+  const RunResult& result_;
 };
 
 /// Follows a session where the options ask for it. Ended before the session.
@@ -218,76 +220,40 @@ class Traced {
   std::optional<RunTracer> tracer_;
 };
 
-void run_virtual(Session& session, Traced& traced, const RunOptions& options, RunResult& result) {
-  constexpr Duration slice{10'000'000};
-  const double planned = session.plan().graph.duration.seconds();
-  double asked = clock_seconds(CLOCK_MONOTONIC);
-  Watched watched(options.watcher, session, nullptr);
-  session.start();
-  while (session.is_running()) {
-    session.advance(slice);
-    traced.attend();
-    watched.attend();
-    const double wall = clock_seconds(CLOCK_MONOTONIC);
-    if (wall - asked < 0.1 || !options.progress) continue;
-    asked = wall;
-    if (options.progress(session.now().seconds() / planned, "run")) continue;
-    result.interrupted = true;
-    session.stop();
+/// Asks ten times a second of wall time whether the run is to go on, by what the options have for its clock.
+class Asked {
+ public:
+  Asked(Session& session, const Follower* follower, const RunOptions& options) : session_(session), options_(options) {
+    if (session.plan().graph.clock == Clock::real && options.live_progress) watch_.emplace(session, follower);
   }
-  session.finish();
-}
-
-void execute_virtual(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded,
-                     RunResult& result) {
-  Session session(plan, {.measure_cpu = true,
-                         .keeps_step_times = options.keeps_step_times,
-                         .pace = options.watcher != nullptr ? 1.0 : 0.0,
-                         .keeps_tables = options.keeps_tables});
-  pass_notes(session.nodes(), options);
-  {
-    const std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
-    if (recorder) record(session, *recorder);
-    if (options.before_start) options.before_start(session);
-    Traced traced(session, options);
-    const double cpu = clock_seconds(CLOCK_THREAD_CPUTIME_ID);
+  /// What the question throws is the run's failure.
+  void attend(RunResult& result) {
     const double wall = clock_seconds(CLOCK_MONOTONIC);
-    attempt(result, [&] { run_virtual(session, traced, options, result); });
-    if (recorder) attempt(result, [&] { recorder->close(); });
-    result.cpu_s = clock_seconds(CLOCK_THREAD_CPUTIME_ID) - cpu;
-    result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
-    traced.finish(result);
-  }
-  result.duration_s = session.now().seconds();
-  add_statistics(session, result);
-  judge(plan, options, recorded, &session.nodes(), result);
-}
-
-/// Goes on until the run has ended, lets the watcher attend fifty times a second, and asks ten times a second whether
-/// to go on.
-void run_live(Session& session, Follower* follower, Watched& watched, Traced& traced, const RunOptions& options,
-              RunResult& result) {
-  constexpr Duration attend_period{20'000'000};
-  constexpr int attends_per_question = 5;
-  LiveWatch watch(session, follower);
-  session.start();
-  for (int attended = 1; session.is_running(); ++attended) {
-    session.advance(attend_period);
-    traced.attend();
-    watched.attend();
-    if (attended % attends_per_question != 0 || !session.is_running() || !options.live_progress) continue;
+    if (wall - asked_ < 0.1 || !session_.is_running()) return;
+    asked_ = wall;
     try {
-      result.interrupted = !options.live_progress(watch.look());
+      result.interrupted = !goes_on();
     } catch (const std::exception& error) {
       result.failure = error.what();
     }
-    if (result.interrupted || result.failure) session.stop();
+    if (result.interrupted || result.failure) session_.stop();
   }
-  session.finish();
-}
 
-void add_devices(const LiveStatus& status, RunResult& result) {
-  for (const LiveDevice& device : status.devices) {
+ private:
+  bool goes_on() {
+    if (watch_) return options_.live_progress(watch_->look());
+    const double planned = session_.plan().graph.duration.seconds();
+    return !options_.progress || options_.progress(session_.now().seconds() / planned, "run");
+  }
+
+  Session& session_;
+  const RunOptions& options_;
+  std::optional<LiveWatch> watch_;
+  double asked_ = clock_seconds(CLOCK_MONOTONIC);
+};
+
+void add_devices(const EngineStatus& status, RunResult& result) {
+  for (const DeviceStatus& device : status.devices) {
     NodeCost& cost = result.nodes[device.node];
     cost.steps = device.ticks;
     cost.missed_ticks = device.missed;
@@ -297,8 +263,32 @@ void add_devices(const LiveStatus& status, RunResult& result) {
   }
 }
 
-void execute_live(const Plan& plan, const RunOptions& options, RunResult& result) {
-  Session session(plan, {.keeps_step_times = options.keeps_step_times, .keeps_tables = options.keeps_tables});
+/// Runs a session to its end; between its slices watcher, trace and progress have their turn.
+void run_to_end(Session& session, Follower* follower, Traced& traced, const RunOptions& options, RunResult& result) {
+  constexpr Duration slice{20'000'000};
+  Watched watched(options.watcher, session, follower, result);
+  Asked asked(session, follower, options);
+  if (follower != nullptr) follower->start();
+  session.stop_when(options.stop_asked);
+  session.start();
+  attempt(result, [&] {
+    while (session.is_running()) {
+      session.advance(slice);
+      traced.attend();
+      watched.attend();
+      asked.attend(result);
+    }
+  });
+  attempt(result, [&] { session.finish(); });
+  result.interrupted = result.interrupted || options.stop_asked();
+  if (!result.failure) result.failure = session.failure();
+}
+
+void execute(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded, RunResult& result) {
+  Session session(plan, {.engine = {.measure_cpu = true,
+                                    .keeps_step_times = options.keeps_step_times,
+                                    .pace = options.watcher != nullptr ? 1.0 : 0.0},
+                         .keeps_tables = options.keeps_tables});
   pass_notes(session.nodes(), options);
   // It may be refused, so that nothing has been written yet.
   std::unique_ptr<Follower> follower;
@@ -306,15 +296,11 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
   const auto recorder_failed = recorder ? record(session, *recorder) : std::make_shared<bool>(false);
   if (options.before_start) options.before_start(session);
-  std::optional<Watched> watched;
-  watched.emplace(options.watcher, session, follower.get());
   Traced traced(session, options);
-  if (follower) follower->start();
-  const double cpu = clock_seconds(CLOCK_PROCESS_CPUTIME_ID);
+  const Duration cpu = session.cpu_time();
   const double wall = clock_seconds(CLOCK_MONOTONIC);
-  session.stop_when(options.stop_asked);
   try {
-    run_live(session, follower.get(), *watched, traced, options, result);
+    run_to_end(session, follower.get(), traced, options, result);
   } catch (...) {
     // Nothing has run, because of a device that is not there, say: no recording without a message stays behind.
     if (recorder) {
@@ -324,28 +310,26 @@ void execute_live(const Plan& plan, const RunOptions& options, RunResult& result
     }
     throw;
   }
-  result.interrupted = result.interrupted || options.stop_asked();
-  result.cpu_s = clock_seconds(CLOCK_PROCESS_CPUTIME_ID) - cpu;
+  // A recording that has failed is left as the last flush has it.
+  if (recorder && !*recorder_failed) attempt(result, [&] { recorder->close(); });
+  result.cpu_s = (session.cpu_time() - cpu).seconds();
   result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
   if (follower) {
     follower->finish(follower_patience);
     result.follower = follower->figures();
   }
   traced.finish(result);
-  watched.reset();
   follower.reset();
   result.abandoned = session.is_abandoned();
-  if (!result.failure) result.failure = session.failure();
-  result.live = session.last_status();
+  const EngineStatus status = session.status();
+  if (plan.graph.clock == Clock::real) result.live = status;
   result.record_dropped = session.dropped();
   // A run may be ended before its time zero.
-  result.duration_s = std::clamp(result.live->now, Time{}, Time{} + plan.graph.duration).seconds();
-  // A recording that has failed is left as the last flush has it.
-  if (recorder && !*recorder_failed) attempt(result, [&] { recorder->close(); });
+  result.duration_s = std::clamp(status.now, Time{}, Time{} + plan.graph.duration).seconds();
   add_statistics(session, result);
-  add_devices(*result.live, result);
+  add_devices(status, result);
   // The nodes of an abandoned run cannot be asked: one of them is still at work.
-  judge(plan, options, std::nullopt, result.abandoned ? nullptr : &session.nodes(), result);
+  judge(plan, options, recorded, result.abandoned ? nullptr : &session.nodes(), result);
 }
 
 }  // namespace
@@ -400,11 +384,7 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   std::optional<Reference> recorded;
   if (options.reference_recording) recorded = recorded_reference(*options.reference_recording, plan);
   result.declared = run_metrics(plan, !options.without_reference, options.follow != nullptr).reported;
-  if (plan.graph.clock == Clock::real) {
-    execute_live(plan, options, result);
-  } else {
-    execute_virtual(plan, options, recorded, result);
-  }
+  execute(plan, options, recorded, result);
   result.peak_memory_MB = peak_memory_MB();
   return result;
 }

@@ -11,7 +11,7 @@
 #include "app/run/no_force.hpp"
 #include "app/run/run_metrics.hpp"
 #include "app/run/run_trace.hpp"
-#include "framework/engine/live/live_status.hpp"
+#include "framework/engine/engine_status.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/reference.hpp"
 #include "framework/engine/warmth.hpp"
@@ -62,7 +62,7 @@ struct RunResult {
   bool reference_interrupted = false;       ///< the run is whole, but lacks the metrics against its reference run
   std::optional<std::string> failure;       ///< why it ended before its time, where it did
   bool abandoned = false;                   ///< a step never came back: the process must end without cleaning up
-  std::optional<LiveStatus> live;           ///< how it ended, where its clock was real
+  std::optional<EngineStatus> live;         ///< how it ended, where its clock was real
   std::optional<FollowerFigures> follower;  ///< of the reference that followed it, where one did
   std::uint64_t record_dropped = 0;         ///< messages that the recording could not take in time
   ReferenceUse reference;

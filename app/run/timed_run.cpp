@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "framework/engine/virtual_clock.hpp"
+#include "framework/engine/virtual_engine.hpp"
 #include "framework/session/session.hpp"
 
 namespace tactor {
@@ -24,11 +24,9 @@ std::uint32_t clock_cost_ns() {
 
 void run_to_end(Session& session, const std::function<bool()>& interrupted) {
   constexpr Duration period{10'000'000};
-  session.start();
-  while (session.is_running()) {
-    session.advance(period);
+  session.run(period, [&interrupted] {
     if (interrupted()) throw Interrupted();
-  }
+  });
 }
 
 std::vector<double> node_costs(Session& session) {

@@ -64,7 +64,7 @@ json reference_object(const FollowerFigures& figures) {
   return object;
 }
 
-json device_object(const LiveDevice& device) {
+json device_object(const DeviceStatus& device) {
   return {{"ticks", device.ticks},
           {"missed", device.missed},
           {"wakeup_p50", device.wake_latency.p50.seconds()},
@@ -73,10 +73,9 @@ json device_object(const LiveDevice& device) {
           {"page_faults", device.page_faults}};
 }
 
-bool has_stalled(const Session& session) {
-  if (!session.is_live()) return false;
-  const std::vector<LiveNode>& nodes = session.last_status().nodes;
-  return std::any_of(nodes.begin(), nodes.end(), [](const LiveNode& node) { return node.stalled; });
+bool has_stalled(Session& session) {
+  const std::vector<NodeStatus> nodes = session.status().nodes;
+  return std::any_of(nodes.begin(), nodes.end(), [](const NodeStatus& node) { return node.stalled; });
 }
 
 }  // namespace
@@ -220,11 +219,9 @@ void SessionView::attend() {
 
 std::string SessionView::status_text() {
   const Instant wall = MonotonicClock::now();
-  std::optional<LiveStatus> live;
-  if (session_.is_live()) live = session_.status();
-  const Time now = live ? live->now : session_.now();
+  const EngineStatus run = session_.status();
   const bool first = told_.ns == 0;
-  const double passed = (now - told_at_).seconds();
+  const double passed = (run.now - told_at_).seconds();
   const auto rate = [&](std::uint64_t& before, std::uint64_t count) {
     const double steps = static_cast<double>(count - before);
     before = count;
@@ -232,32 +229,32 @@ std::string SessionView::status_text() {
   };
   json nodes = json::array();
   for (std::size_t n = 0; n < steps_.size(); ++n) {
-    const LiveNode node = live ? live->nodes[n] : LiveNode{session_.node_statistics(n).steps, 0, false};
+    const NodeStatus& node = run.nodes[n];
     nodes.push_back({{"rate", rate(steps_[n], node.steps)}, {"missed", node.missed_ticks}, {"stalled", node.stalled}});
   }
   json edges = json::array();
   for (std::size_t e = 0; e < delivered_.size(); ++e) {
-    const EdgeStatistics metrics = live ? live->edges[e].metrics : session_.edge_statistics(e);
+    const auto& [metrics, age] = run.edges[e];
     json edge = {{"rate", rate(delivered_[e], metrics.delivered)}, {"dropped", metrics.dropped}};
-    if (live) edge["age"] = live->edges[e].age.p50.seconds();
+    if (age.count > 0) edge["age"] = age.p50.seconds();
     edges.push_back(std::move(edge));
   }
   json status = {{"type", "status"},
-                 {"now", now.seconds()},
+                 {"now", run.now.seconds()},
                  {"monotonic", static_cast<double>(wall.ns) * 1e-9},
-                 {"phase", live ? word(live->phase) : "running"},
+                 {"phase", word(run.phase)},
                  {"speed", passed / (wall - told_).seconds()},
                  {"nodes", experiment_ ? json::array() : std::move(nodes)},
                  {"edges", experiment_ ? json::array() : std::move(edges)},
                  {"lost", taps_.dropped()}};
-  if (live && !live->devices.empty()) status["device"] = device_object(live->devices.front());
+  if (!run.devices.empty()) status["device"] = device_object(run.devices.front());
   if (follower_ != nullptr) status["reference"] = reference_object(follower_->figures());
   {
     const std::scoped_lock lock(mutex_);
     if (hold_) status["hold"] = name_of(hold_->at(wall));
   }
   told_ = wall;
-  told_at_ = now;
+  told_at_ = run.now;
   // The first look is what rates are counted from.
   return first ? std::string() : status.dump();
 }

@@ -114,15 +114,12 @@ Show show_of(Session& session, Follower* follower, const ShowOptions& options) {
     });
   }
   const double planned = plan.graph.duration.seconds();
-  session.start();
-  while (session.is_running()) {
-    session.advance(slice);
+  session.run(slice, [&] {
     if (follower != nullptr) follower->follow();
     maker.add(taps.collect());
     go_on(options, std::min(session.now().seconds() / planned, 1.0));
-  }
+  });
   const double end = session.now().seconds();
-  session.finish();
   if (follower != nullptr) follower->follow();
   maker.add(taps.collect());
   maker.finish();

@@ -23,15 +23,6 @@ constexpr Duration reference_patience{200'000'000};
 /// A busy desktop is no stall. The gate takes the force to zero long before.
 constexpr Duration mouse_stall_timeout{5'000'000'000};
 
-void run(Session& session, SessionView& view) {
-  session.start();
-  while (session.is_running()) {
-    view.attend();
-    session.advance(look_period);
-  }
-  session.finish();
-}
-
 }  // namespace
 
 std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const ViewOptions& options) {
@@ -68,7 +59,7 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   options.opened(view.url(), view.foxglove_url());
   std::optional<std::string> failure;
   try {
-    run(session, view);
+    session.run(look_period, [&view] { view.attend(); });
     failure = session.failure();
   } catch (const RunError& error) {
     failure = error.what();

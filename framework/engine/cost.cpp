@@ -3,16 +3,17 @@
 #include <algorithm>
 #include <boost/random/normal_distribution.hpp>
 #include <string>
+#include <utility>
 
 #include "framework/core/random.hpp"
 
 namespace tactor {
 
-CostDraw::CostDraw(const CostModel& model, std::uint64_t seed, std::string_view node)
-    : model_(&model), engine_(derive_seed(seed, "cost of " + std::string(node))) {}
+CostDraw::CostDraw(CostModel model, std::uint64_t seed, std::string_view node)
+    : model_(std::move(model)), engine_(derive_seed(seed, "cost of " + std::string(node))) {}
 
 Duration CostDraw::next(std::int64_t items) {
-  const CostModel& m = *model_;
+  const CostModel& m = model_;
   Duration cost;
   switch (m.kind) {
     case CostModel::Kind::none:

@@ -15,13 +15,13 @@ class CostDraw {
   /// The draw of a cost with jitter is cut at so many standard deviations.
   static constexpr double most_deviations = 3;
 
-  CostDraw(const CostModel& model, std::uint64_t seed, std::string_view node);
+  CostDraw(CostModel model, std::uint64_t seed, std::string_view node);
 
   /// The cost of the next step, which worked on `items` items. Never negative.
   Duration next(std::int64_t items);
 
  private:
-  const CostModel* model_;
+  CostModel model_;
   boost::random::mt19937_64 engine_;
   std::size_t trace_index_ = 0;
 };

@@ -74,6 +74,7 @@ void Dispatcher::add_arrival_tap(std::size_t edge, Tap& tap) {
 void Dispatcher::remove_tap(const Tap& tap) {
   std::erase(step_taps_, &tap);
   std::erase(tick_taps_, &tap);
+  std::erase(set_taps_, &tap);
   std::erase(stop_taps_, &tap);
   for (EdgeState& edge : edges_) std::erase(edge.taps, &tap);
   for (NodeState& state : states_) {
@@ -168,6 +169,11 @@ void Dispatcher::set_phase(Phase phase) {
 void Dispatcher::tell_tick(Time deadline, Time now, const TickEvent& event) {
   const Stamp stamp{deadline, now, states_[static_cast<std::size_t>(event.node)].steps};
   for (Tap* tap : tick_taps_) tap->put(stamp, &event);
+}
+
+void Dispatcher::tell_set(Time now, const SetEvent& event) {
+  const Stamp stamp{now, now, sets_++};
+  for (Tap* tap : set_taps_) tap->put(stamp, &event);
 }
 
 std::optional<Time> Dispatcher::next_event() const {

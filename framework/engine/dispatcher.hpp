@@ -53,6 +53,8 @@ class Dispatcher {
   void add_step_tap(Tap& tap) { step_taps_.push_back(&tap); }
   /// A TickEvent for each tick of a node in the real-time lane from now on.
   void add_tick_tap(Tap& tap) { tick_taps_.push_back(&tap); }
+  /// A SetEvent for each change of parameters from now on.
+  void add_set_tap(Tap& tap) { set_taps_.push_back(&tap); }
   /// A StopEvent.
   void add_stop_tap(Tap& tap) { stop_taps_.push_back(&tap); }
   /// Ends one of these.
@@ -89,6 +91,8 @@ class Dispatcher {
   [[nodiscard]] bool is_blocked(std::size_t node) const { return states_[node].blocked_edges > 0; }
   /// A tick of an external node, due at `deadline`, was told at `now`.
   void tell_tick(Time deadline, Time now, const TickEvent& event);
+  /// A node has new parameters, which hold from `now` on.
+  void tell_set(Time now, const SetEvent& event);
   /// An external node sent a message.
   void publish(std::size_t node, std::size_t output, Time valid, const void* payload);
   /// A step of an external node that began at `begun` has passed, and what it sent was published.
@@ -173,7 +177,8 @@ class Dispatcher {
   PlanNodes& nodes_;
   const Plan& plan_;
   ExternalInputs* external_;
-  std::vector<Tap*> step_taps_, tick_taps_, stop_taps_;
+  std::vector<Tap*> step_taps_, tick_taps_, set_taps_, stop_taps_;
+  std::uint64_t sets_ = 0;
   std::vector<NodeState> states_;
   std::vector<EdgeState> edges_;
   std::vector<char> group_busy_;

@@ -208,6 +208,11 @@ void PlanNodes::start(std::size_t index, StepContext& context) {
   guarded(index, context.now(), [&](Node& node) { node.start(context); });
 }
 
+void PlanNodes::set(std::size_t index, const void* params) {
+  if (params == nullptr) return nodes_[index]->request_done();
+  plan_.nodes[index].info->tune(*nodes_[index], params);
+}
+
 void PlanNodes::step(std::size_t index, StepContext& context) {
   const Metered metered(meter_, index, NodeMeter::Work::step);
   guarded(index, context.now(), [&](Node& node) { node.step(context); });

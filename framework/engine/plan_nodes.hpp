@@ -36,6 +36,8 @@ class PlanNodes {
   void start(std::size_t index, StepContext& context);
   /// Steps node `index`. Throws InputError or RunError with the node's name where the step throws.
   void step(std::size_t index, StepContext& context);
+  /// Between two steps: gives node `index` new parameters, or, if `params` is null, tells it that a request is done.
+  void set(std::size_t index, const void* params);
 
   [[nodiscard]] const Plan& plan() const { return plan_; }
   /// What the nodes said of their input while they were made, and what `note` added.

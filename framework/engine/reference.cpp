@@ -9,7 +9,7 @@
 #include <deque>
 
 #include "framework/core/check.hpp"
-#include "framework/engine/virtual_clock.hpp"
+#include "framework/engine/virtual_engine.hpp"
 
 namespace tactor {
 
@@ -188,7 +188,7 @@ std::string reference_key(const Plan& plan, const std::vector<fs::path>& librari
 }
 
 Reference run_reference(const Plan& plan, const PlanNodes* tested, const std::function<bool(double)>& go_on) {
-  VirtualClock engine(plan, false);
+  VirtualEngine engine(plan);
   if (tested != nullptr) engine.nodes().follow(*tested);
   Reference reference;
   std::deque<Capture> captures;

@@ -30,7 +30,8 @@ struct TickEvent {
   std::array<std::uint64_t, most_inputs> seen{};
 };
 
-/// New parameters of a node. Its message is stamped with the time from which they hold.
+/// A new parameter of a node; without text, one of the node's requests is done. Its message is stamped with the time
+/// from which it holds.
 struct SetEvent {
   static constexpr std::size_t most_text = 256;
   std::int32_t node = 0;                       ///< index into the plan

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
-#include "framework/engine/virtual_clock.hpp"
+#include "framework/engine/virtual_engine.hpp"
 
 namespace tactor {
 
@@ -28,7 +28,7 @@ Warmth warmth_of(const PlanNodes& nodes) {
 
 Warmth find_warmth(const Plan& plan, const std::function<bool()>& go_on) {
   constexpr Duration period{10'000'000};
-  VirtualClock engine(plan, false);
+  VirtualEngine engine(plan);
   const Time end = Time{} + plan.graph.duration;
   engine.start();
   Warmth warmth = warmth_of(engine.nodes());

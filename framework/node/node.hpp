@@ -73,6 +73,8 @@ class Node {
   virtual void start(StepContext& context) { static_cast<void>(context); }
   /// The work. Reads inputs, sends outputs; what it sends becomes visible when its cost has passed.
   virtual void step(StepContext& context) = 0;
+  /// Called before a step, once for each request of the node to set something, in their order: the setting is in force.
+  virtual void request_done() {}
   /// The time since when the node works normally, such as since its window is full. Empty if it does not yet. A type
   /// that may return anything but zero declares that (Declare::warms_up). Asked between two steps or after the run.
   [[nodiscard]] virtual std::optional<Time> warm_since() const { return Time{}; }

@@ -17,8 +17,8 @@ enum class RequestKind : std::int32_t { set, end_run };
 /// recording tells what was set. A type that sends them declares what it may set (Declare::sets).
 ///
 /// Requests are carried out one after the other. The next one waits until the setting before it is in force: no step
-/// with older parameters of that node is running any more. So a node can send a last request that sets a parameter of
-/// its own, to learn that its settings are in force. A refused request ends the run; its failure begins with `about`.
+/// with older parameters of that node is running any more. The node that asked is then told (Node::request_done). A
+/// refused request ends the run; its failure begins with `about`.
 struct SetRequest {
   static constexpr std::size_t most_text = 256;
   static constexpr std::size_t most_about = 64;

@@ -159,7 +159,7 @@ RunLog read_run_log(RecordingReader& reader, const Plan& plan) {
     const auto length = static_cast<std::size_t>(std::clamp(event.length, 0, static_cast<int>(SetEvent::most_text)));
     const std::string text(event.text.begin(), event.text.begin() + static_cast<std::ptrdiff_t>(length));
     reach(stamp.produced);
-    log.sets.push_back({node, stamp, event, parameters.set(node, text, check)});
+    log.sets.push_back({node, stamp, event, text.empty() ? nullptr : parameters.set(node, text, check)});
   });
   for_each<StopEvent>(reader, stop_stream, message_type<StopEvent>(), [&](const Stamp& stamp, const StopEvent& event) {
     if (event.failed != 0) check.refuse("the run failed");

@@ -1,7 +1,7 @@
 // The log of a live session: writing it into the recording and reading it back.
 #pragma once
 
-#include "framework/engine/replay_clock.hpp"
+#include "framework/engine/replay_engine.hpp"
 #include "framework/record/recorder.hpp"
 #include "framework/session/session.hpp"
 

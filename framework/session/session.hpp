@@ -11,31 +11,19 @@
 #include <vector>
 
 #include "framework/core/check.hpp"
-#include "framework/engine/live/live_status.hpp"
-#include "framework/engine/plan_nodes.hpp"
-#include "framework/engine/replay_clock.hpp"
-#include "framework/engine/run_statistics.hpp"
-#include "framework/engine/tap.hpp"
+#include "framework/engine/engine.hpp"
 #include "framework/graph/plan.hpp"
 
 namespace tactor {
 
 struct SessionOptions {
-  /// Under the virtual clock: time every step by the thread's CPU clock.
-  bool measure_cpu = false;
-  /// Keep what each step of every node outside of the real-time lane took (see Session::step_times). Under the virtual
-  /// clock needs `measure_cpu`.
-  bool keeps_step_times = false;
+  EngineOptions engine = {};
   /// The log of a live run of the same plan, which is made again under the virtual clock; it outlives the session.
   const RunLog* replay = nullptr;
-  /// Under the virtual clock: seconds of the run for a second of wall time; 0: as fast as it goes.
-  double pace = 0;
   /// Its nodes may write files of their own, such as the table of an experiment. If false, they get the parameters of
   /// a replay (Declare::in_replay), so a run that only measures or draws a graph leaves no trace. Outside of a replay,
   /// a note (PlanNodes::notes) names each value of the graph that is ignored.
   bool keeps_tables = false;
-  /// Under the virtual clock: is told of the work of each node (see NodeMeter), and outlives the session; null: nobody.
-  NodeMeter* meter = nullptr;
 };
 
 /// The place of an output in a plan: the index of its node, and its index among the node's outputs.
@@ -70,7 +58,6 @@ class Session {
 
   [[nodiscard]] const Plan& plan() const;
   [[nodiscard]] PlanNodes& nodes();
-  [[nodiscard]] bool is_live() const;
 
   /// A tap that ends with the object. It must not outlive the session.
   class OutputTap {
@@ -115,7 +102,7 @@ class Session {
   void on_tick(Take take, std::size_t bytes = std::size_t{2} << 20U);
   /// The same for the StopEvent; live, and in a replay.
   void on_stop(Take take);
-  /// Calls `take` with a SetEvent for each `set`, at once.
+  /// The same for each change of parameters, as a SetEvent.
   void on_set(Take take);
   /// The number of messages and steps that were lost in this way.
   [[nodiscard]] std::uint64_t dropped() const;
@@ -148,7 +135,7 @@ class Session {
   /// tunable; then nothing changes.
   void set(std::string_view parameter, std::string_view value);
 
-  /// Live: the run ends when `asked` returns true (see LiveEngine::stop_when). Call it before the start.
+  /// The run ends when `asked` returns true (see Engine::stop_when). Call it before the start.
   void stop_when(std::function<bool()> asked);
 
   /// Begins the run, at time zero. Throws, before anything moves, if a device or a privilege is refused. Once.
@@ -159,13 +146,16 @@ class Session {
   [[nodiscard]] bool is_running();
   /// The time up to which it has run.
   [[nodiscard]] Time now();
-  /// Live: the state now.
-  [[nodiscard]] LiveStatus status();
+  /// The state now; after `finish` that at the end of the run.
+  [[nodiscard]] EngineStatus status();
   /// Ends the run at once; live, the devices ramp down in `finish`. Live: from any thread, at any time from the start
   /// to the end of `finish`.
   void stop();
   /// Ends the run if it is still running, and everything that belongs to it. Its nodes and metrics stay. Once.
   void finish();
+  /// Starts, lets the run go on to its end, and finishes. Calls `meanwhile` after each `slice` of it, which may stop
+  /// the session or throw.
+  void run(Duration slice, const std::function<void()>& meanwhile);
 
   // After `finish`, and for the virtual clock before.
 
@@ -174,12 +164,10 @@ class Session {
   /// Live: true if a step never came back. Its thread still uses the nodes, so they cannot be asked.
   [[nodiscard]] bool is_abandoned() const;
   [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const;
-  /// The time of each step of a node, in order, if the options keep it; empty for a node in the real-time lane. Under
-  /// the virtual clock the CPU time of its thread; live the time until its results were visible, including waiting.
+  /// See Engine.
   [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const;
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;
-  /// Live: the state at the end.
-  [[nodiscard]] const LiveStatus& last_status() const;
+  [[nodiscard]] Duration cpu_time() const;
 
  private:
   /// A parameter that is to change.
@@ -187,12 +175,11 @@ class Session {
     std::size_t node = 0;
     std::vector<ParamValue> params;     // of the node, all of them
     std::shared_ptr<const void> typed;  // the same as its struct
-    std::string event;                  // as SetEvent has it
+    SetEvent event;
   };
-  /// Of `coupling.k_0=1200 N/m`: a value that the parameter may have. What the node says of it together with its other
-  /// parameters, `checked` asks. Both throw as `set`.
-  [[nodiscard]] Change parsed(std::string_view text);
-  [[nodiscard]] Change checked(std::string_view text);
+  /// The change to a value that the parameter may have. Throws as `set`, which also asks the node about the value
+  /// together with its other parameters.
+  [[nodiscard]] Change parsed(std::string_view parameter, std::string_view value);
   void end_tap(const Tap& tap);
 
   std::unique_ptr<Run> run_;

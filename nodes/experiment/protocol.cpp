@@ -93,11 +93,6 @@ void Protocol::resume_table() {
 }
 
 void Protocol::start(StepContext& context) {
-  // Not in check(), which also judges what the run itself sets.
-  if (params_.confirmed != 0) {
-    throw ValueError("confirmed", "confirmed: expected 0, because the run alone sets it, found " +
-                                      std::to_string(params_.confirmed));
-  }
   if (!params_.folder.empty() && participant_.number > 0) {
     const std::filesystem::path file = std::filesystem::path(params_.folder) / (participant_.text + ".csv");
     const TableOwner owner{codes_, seed_, study_design(params_)};
@@ -118,16 +113,14 @@ void Protocol::ask(const std::string& text, Time now) {
   if (unconfirmed_.empty()) confirmed_at_ = now;
   unconfirmed_.push_back(text);
   requests.send(now, set_request(text, place()));
-  // Requests are done in their order, each when the one before holds: so this one confirms it.
-  requests.send(now, set_request(name_ + ".confirmed=" + std::to_string(++asked_settings_), place()));
 }
 
 void Protocol::tune(const Params& params) {
-  if (params.confirmed == confirmed_) {
-    tuned_ = params.answer;
-    return;
-  }
-  for (; confirmed_ < params.confirmed && !unconfirmed_.empty(); ++confirmed_) unconfirmed_.pop_front();
+  tuned_ = params.answer;
+}
+
+void Protocol::request_done() {
+  unconfirmed_.pop_front();
   is_confirmed_anew_ = true;
 }
 

@@ -47,7 +47,6 @@ class Protocol final : public Node {
     double free_below = 0;  // N
     int button_first = 0, button_second = 0;
     Answer answer = Answer::none;
-    int confirmed = 0;
     bool end_run = true;
     double rate = 0;
   };
@@ -64,8 +63,9 @@ class Protocol final : public Node {
   void start(StepContext& context) override;
   void step(StepContext& context) override;
   void report(Report& report) const override;
-  /// Each call that confirms no setting is an answer.
+  /// Each call is an answer.
   void tune(const Params& params);
+  void request_done() override;
 
   Input<DeviceState> device;
   Input<Wrench> force, felt, wanted;
@@ -130,7 +130,6 @@ class Protocol final : public Node {
   Time until_, asked_, shown_;
   std::optional<Answer> tuned_;
   std::deque<std::string> unconfirmed_;  // settings that were asked for and do not hold yet
-  int asked_settings_ = 0, confirmed_ = 0;
   bool is_confirmed_anew_ = false;
   Time confirmed_at_;  // when the newest setting was confirmed, or the first of those that wait was asked for
   std::int32_t buttons_ = 0, questions_ = 0, trials_ = 0, run_ = 1, limited_trials_ = 0;

@@ -302,10 +302,6 @@ void declare_study(Declare<Protocol>& node) {
           "answer", &P::answer,
           {{"none", Protocol::Answer::none}, {"first", Protocol::Answer::first}, {"second", Protocol::Answer::second}},
           std::optional(Protocol::Answer::none), "the answer of a key or a page, set during the run")
-      .integer("confirmed", &P::confirmed,
-               {.doc = "how many of the protocol's settings are in force; only the run itself sets it",
-                .default_value = 0,
-                .max = std::numeric_limits<int>::max()})
       .boolean("end_run", &P::end_run, true, "end the run when all trials are done");
 }
 
@@ -357,7 +353,7 @@ NodeInfo Protocol::declare() {
   declare_procedures(node);
   return node
       .rate("rate", &Params::rate, {.doc = "how often it looks at inputs and time, per second", .default_value = 200})
-      .tunable({"answer", "confirmed"})
+      .tunable({"answer"})
       .in_replay("folder", std::string())
       .sets(settings_of)
       .on_thread("experiment")

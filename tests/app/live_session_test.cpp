@@ -113,7 +113,7 @@ Figures run_live(const Plan& plan, bool tuned, const fs::path& file) {
   BOOST_TEST(!session.failure().has_value(), session.failure().value_or(""));
   BOOST_TEST(session.dropped() == 0U);
   recorder->close();
-  const LiveDevice& device = session.last_status().devices.at(0);
+  const DeviceStatus device = session.status().devices.at(0);
   if (tuned) {
     BOOST_TEST(tap->dropped() == 0U);
     BOOST_TEST(taken + 300 > device.ticks);
@@ -355,7 +355,7 @@ BOOST_AUTO_TEST_CASE(a_reference_beside_a_live_run_costs_its_loop_nothing,
   session.finish();
   follower.finish(Duration{2'000'000'000});
   const FollowerFigures found = follower.figures();
-  const LiveDevice& device = session.last_status().devices.at(0);
+  const DeviceStatus device = session.status().devices.at(0);
   tell("followed", {device.ticks, device.missed, device.page_faults, device.heap_calls});
   BOOST_TEST_MESSAGE("error " << found.error.rms_N << " N RMS, " << found.skips << " skips of "
                               << found.skipped.seconds() << " s");

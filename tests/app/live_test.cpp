@@ -22,8 +22,8 @@ BOOST_AUTO_TEST_CASE(latencies_are_written_by_device_and_edge_with_their_counts)
   wake.record(Duration{90});
   wake.record(Duration{12});
   age.record(Duration{101});
-  LiveStatus status;
-  LiveDevice device;
+  EngineStatus status;
+  DeviceStatus device;
   device.node = 1;
   device.wake_latency = metrics_of(wake, true);
   status.devices = {device};

@@ -23,7 +23,7 @@ class Idle final : public Node {
 struct Fixture {
   NodeInfo info = Declare<Idle>("test.idle", "Does nothing.").info();
   Plan plan;
-  LiveStatus before, now;
+  EngineStatus before, now;
   std::optional<SafetyState> safety = SafetyState{Engagement::ramping, SafetyCause::stale, 0.37, {}};
   std::uint64_t record_dropped = 0;
   std::optional<FollowerFigures> follower;
@@ -46,7 +46,7 @@ struct Fixture {
     now.phase = Phase::running;
     now.nodes = {{1499, 7, false}, {162, 3, true}};
     now.edges.push_back({{400, 29, 3}, {400, us(211), us(853), us(905), us(960), Duration{2'345'000'000}}});
-    LiveDevice device;
+    DeviceStatus device;
     device.node = 0;
     device.ticks = 1499;
     device.missed = 7;
@@ -128,7 +128,7 @@ BOOST_FIXTURE_TEST_CASE(no_row_is_wider_than_a_hundred_columns_whatever_the_name
   now.waiting_for = std::vector<std::string>(5, longest);
   now.nodes[1] = {4'000'000'000, 4'000'000'000, true};
   now.edges[0].metrics.dropped = 4'000'000'000;
-  LiveDevice& d = now.devices[0];
+  DeviceStatus& d = now.devices[0];
   d.ticks = d.missed = d.page_faults = 4'000'000'000;
   d.wake_latency.max = d.body_time.p99 = d.end_to_end.p99 = Duration{86'400'000'000'000};
   BOOST_TEST(widest(block()) <= 100U);

@@ -294,11 +294,6 @@ nodes:
         self.assertEqual(bad.returncode, 2)
         self.assertRegex(bad.stderr, r"conditions\.A: coupling\.m_0=1 g: .*k_device holds it at 1000")
 
-    def test_what_the_run_alone_sets_is_refused(self):
-        result = self.study("P01", *SHORT, "protocol.confirmed=2147483647")
-        self.assertEqual(result.returncode, 2, result.stderr)
-        self.assertIn("confirmed: expected 0, because the run alone sets it", result.stderr)
-
     def test_a_force_that_the_device_limits_is_in_the_table_and_told(self):
         limited = (*ONE_CONDITION, "protocol.procedure=constant", "protocol.levels=[1]", "protocol.repeats=2")
         self.assert_done(self.study("P01", *limited))
@@ -413,9 +408,6 @@ class Seen(CommandTest):
             page.say(type="set", parameter="select.use", value="first")
             page.wait_for(lambda p: p.last("refused"))
             self.assertIn("blind", page.last("refused")["message"])
-            # Nor does a page confirm what the run has not set.
-            page.say(type="set", parameter="protocol.confirmed", value="99")
-            page.wait_for(lambda p: p.last("refused")["parameter"] == "protocol.confirmed")
 
             def phase(page):
                 return page.stream("experiment")[-1][1][0]

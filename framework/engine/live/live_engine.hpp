@@ -1,80 +1,168 @@
-// The live engine without what it is made of: what runs a Plan in real time, and the library that brings it.
+// The live engine: a run of a Plan in real time, one CAF actor a node, devices in loops of their own.
 #pragma once
 
-#include <functional>
-#include <memory>
-#include <optional>
-#include <string>
+#include <algorithm>
+#include <caf/actor_system_config.hpp>
+#include <caf/send.hpp>
+#include <cstring>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <utility>
 
-#include "framework/engine/live/live_status.hpp"
-#include "framework/engine/plan_nodes.hpp"
-#include "framework/engine/tap.hpp"
+#include "framework/core/messages.hpp"
+#include "framework/engine/cost.hpp"
+#include "framework/engine/engine.hpp"
+#include "framework/engine/live/lane_plan.hpp"
+#include "framework/engine/live/lane_scheduler.hpp"
+#include "framework/engine/live/realtime_lane.hpp"
+#include "framework/engine/live/stall_watch.hpp"
+#include "framework/realtime/allocation_watch.hpp"
+#include "framework/realtime/memory_lock.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
+#include "framework/realtime/thread_policy.hpp"
 
 namespace tactor {
 
-/// A run of a plan whose clock is real.
-class LiveEngine {
+/// The rules of the Dispatcher decide which node steps when and what it sees; the time is CLOCK_MONOTONIC since the
+/// start. A step is made by the node's actor, in its lane, and passes when it is done: what it cost is what it took,
+/// the way to the actor's thread included. So a run whose costs are recorded and given to the virtual clock as traces
+/// takes the same steps with the same values.
+///
+/// Edges keep their queues in the dispatcher; a message between actors is only the request to step, and there is at
+/// most one a node, so that no mailbox holds a backlog.
+class LiveEngine final : public Engine, private ExternalInputs {
+  /// Between making the threads and time zero.
+  static constexpr Duration head_start{20'000'000};
+  /// How often the timer thread watches for stalls, and the calling thread does what it has to do at the end.
+  static constexpr Duration watch_period{20'000'000};
+  /// How often it looks while a request waits for the one before.
+  static constexpr Duration waiting_period{1'000'000};
+  /// How long steps may take to come back at the end.
+  static constexpr Duration longest_step_at_end{1'000'000'000};
+
  public:
-  /// Must not be called where the run `is_abandoned`.
-  virtual ~LiveEngine() = default;
+  /// Throws as LiveLibrary::make.
+  explicit LiveEngine(const Plan& plan, const EngineOptions& options = {});
 
-  /// As Dispatcher::add_tap and the others. Before the start or while it runs, from any thread.
-  virtual void add_tap(std::size_t node, std::size_t output, Tap& tap) = 0;
-  virtual void add_step_tap(Tap& tap) = 0;
-  virtual void add_tick_tap(Tap& tap) = 0;
-  virtual void add_stop_tap(Tap& tap) = 0;
-  virtual void remove_tap(const Tap& tap) = 0;
+  void with_dispatcher(const std::function<void(Dispatcher&)>& work) override;
+  [[nodiscard]] bool steps_on_caller() const override { return false; }
+  bool feed(std::size_t node, std::optional<Time> valid, const void* value) override;
+  void set(std::size_t node, std::shared_ptr<const void> params, const SetEvent& event) override;
+  [[nodiscard]] bool is_set(std::size_t node) override;
+  void stop_when(std::function<bool()> asked) override { stop_asked_ = std::move(asked); }
+  void start() override;
+  void advance(Duration duration, const Attendance& attendance) override;
+  [[nodiscard]] bool is_running() override;
+  [[nodiscard]] Time now() override { return finished_ ? status_.now : clock(); }
+  void stop(const std::string& why) override;
+  void finish(const Attendance& attendance) override;
+  [[nodiscard]] std::optional<std::string> failure() const override { return failure_; }
+  [[nodiscard]] bool is_abandoned() const override { return abandoned_; }
+  [[nodiscard]] PlanNodes& nodes() override { return nodes_; }
+  [[nodiscard]] EngineStatus status() override;
+  [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const override { return node_statistics_[node]; }
+  [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const override;
+  [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const override { return status_.edges[edge].metrics; }
+  [[nodiscard]] Duration cpu_time() const override;
 
-  /// A message of the fed node `node`, valid at `valid`, or now if that is empty; false, and nothing is sent, where
-  /// an edge of policy `block` has no room. While it runs, any thread.
-  virtual bool feed(std::size_t node, std::optional<Time> valid, const void* value) = 0;
-  /// New parameters for the node, from its next step on; the time from which they hold. While it runs, any thread.
-  virtual Time tune(std::size_t node, std::shared_ptr<const void> params) = 0;
-  /// True if no step of the node still runs with older parameters than the last ones. While it runs, any thread.
-  [[nodiscard]] virtual bool is_tuned(std::size_t node) = 0;
+ private:
+  /// A step that has been made and whose declared cost has not passed.
+  struct Held {
+    Time until;
+    std::size_t node = 0;
+  };
 
-  /// Sets a question whose yes ends the run. It is asked about fifty times a second on a thread of the engine and does
-  /// not wait for anything: it ends the run even while a disk or a terminal keeps the calling thread. Before `start`.
-  virtual void stop_when(std::function<bool()> asked) = 0;
+  // What the dispatcher tells, under the lock.
+  void on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) override;
+  void on_phase(Phase phase) override;
 
-  /// Lets the run begin, and returns. Throws where nothing has moved, because a thread or a device was refused. Once.
-  virtual void start() = 0;
-  /// False from when the graph's duration has passed, the run was stopped, or something has failed.
-  [[nodiscard]] virtual bool is_running() = 0;
-  /// Ends the run now; `why` is its failure, where it is not empty. Any thread.
-  virtual void stop(const std::string& why) = 0;
-  /// The state now, with latencies so far. While it runs.
-  [[nodiscard]] virtual LiveStatus look() = 0;
-  /// Ends the run where it goes on, lets the devices ramp down, and ends everything. Meanwhile it calls
-  /// `while_waiting` about fifty times a second, and once after the last message. Once.
-  virtual void finish(const std::function<void()>& while_waiting) = 0;
+  void make_lanes();
+  void make_actors();
+  void start_threads();
+  void end_timer();
+  /// Ends the timer thread, the actors and their lanes, those that there are.
+  void end_threads();
+  void granted(const ThreadGrant& grant);
 
-  /// Why the run ended before its time, with the node's name; none where it did not fail.
-  [[nodiscard]] virtual const std::optional<std::string>& failure() const = 0;
-  /// True where a step never came back: its thread still uses this object, so only the end of the process may follow.
-  [[nodiscard]] virtual bool is_abandoned() const = 0;
+  [[nodiscard]] Time clock() const { return Time{} + (MonotonicClock::now() - origin_); }
+  // Under the lock:
+  [[nodiscard]] Time next_instant() const;
+  void catch_up(Time t);
+  void handle_events_before(Time t);
+  void begin_stop(bool failed);
+  void begin_ready();
+  void drain_loops();
+  /// What a tick of a loop sent becomes visible.
+  void publish_tick(RealtimeLane& loop);
+  [[nodiscard]] Time next_look(Time now) const;
+  void fail(const std::string& why);
+  void look_for_stalls();
+  void look_for_failure(std::size_t node);
+  [[nodiscard]] std::int64_t steps_ended(std::size_t node) const;
+  [[nodiscard]] std::vector<std::size_t> devices_not_at_rest() const;
+  /// Nodes whose step has not come back.
+  [[nodiscard]] std::vector<std::size_t> busy_nodes() const;
+  /// The step of a node has been made; it passes now, or when its declared cost has passed.
+  void end_step(std::size_t node, std::int64_t work);
+  void pass(std::size_t node);
+  void release_held();
+  [[nodiscard]] bool is_held(std::size_t node) const;
+  [[nodiscard]] EngineStatus counters() const;
 
-  [[nodiscard]] virtual PlanNodes& nodes() = 0;
-  /// The state at the end.
-  [[nodiscard]] virtual const LiveStatus& status() const = 0;
-  /// CPU time of the steps of a node, in the pool of some of them; none for one in the real-time lane, which has its
-  /// loop's metrics.
-  [[nodiscard]] virtual const NodeStatistics& node_statistics(std::size_t node) const = 0;
+  /// Adds the latencies to `counters`; `whole` with their histograms. Takes long and needs no lock.
+  void add_latencies(EngineStatus& status, bool whole) const;
+  void wake(const std::vector<std::size_t>& nodes_to_step);
+  /// Under the lock: asks the actors of nodes whose steps have begun, and wakes the timer thread for what comes next.
+  void wake_others();
+  void step(std::size_t node);
+  void keep_time();
+  /// Lets the owner of the run attend; returns false if a request waits. An exception is the run's failure.
+  bool attend(const Attendance& attendance);
+  /// The same until `done` or the time is over.
+  void attend_until(const Attendance& attendance, Duration longest, const std::function<bool()>& done);
+
+  const Plan& plan_;
+  const EngineOptions options_;
+  const Time end_;
+  PlanNodes nodes_;
+  std::optional<std::string> failure_;
+  bool finished_ = false;
+  bool abandoned_ = false;
+  EngineStatus status_;  // at the end
+  std::vector<NodeStatistics> node_statistics_;
+  std::function<bool()> stop_asked_ = [] { return false; };
+  Tap steps_told_;                                 // for `step_times_`
+  std::vector<std::vector<Duration>> step_times_;  // by node; empty if they are not kept
+  LanePlan lanes_;
+  std::vector<std::unique_ptr<RealtimeLane>> loops_;    // by node, null outside of the real-time lane
+  std::vector<std::unique_ptr<LatencyHistogram>> age_;  // by edge, written by its reader's steps
+
+  PriorityMutex mutex_;  // over all down to `woken_`
+  PriorityCondition timer_condition_;
+  std::unique_ptr<Dispatcher> dispatcher_;
+  bool ended_ = false;  // no step begins any more
+  bool timer_ended_ = false;
+  Time timer_waits_until_;
+  using Params = std::vector<std::shared_ptr<const void>>;
+  std::vector<Dispatcher::StepRequest> begun_;  // by node: the step it is making
+  std::vector<Params> tuned_;                   // by node: parameters that hold from its next step on
+  std::vector<Params> to_tune_;                 // by node: those that hold from the step on that it is making
+  std::vector<CostDraw> costs_;                 // by node, where the graph imposes what it declares; else empty
+  std::vector<Held> held_;                      // the first to pass comes first
+  std::vector<bool> at_rest_;                   // by node: of a device outside of the real-time lane
+  std::vector<bool> failed_;                    // by node
+  StallWatch stalls_;
+  std::vector<std::string> missing_;
+  std::vector<std::size_t> woken_;  // nodes whose steps have begun and whose actors are to be asked
+
+  Instant origin_;
+  std::optional<MemoryLock> memory_;
+  caf::actor_system_config config_;
+  std::unique_ptr<caf::actor_system> system_;
+  const caf::message step_message_ = caf::make_message(LaneActor::Step::value);  // one for all, so none is allocated
+  std::vector<caf::actor> actors_;
+  std::thread timer_;
 };
-
-/// The functions of the library of the live engine.
-struct LiveLibrary {
-  /// Makes the nodes of a plan, which must outlive the run. Throws InputError with the node's name where a node refuses
-  /// its input, and where a node asks for a core that this machine does not have; RunError where the system refuses a
-  /// privilege and the graph says `on_missing_privilege: fail`.
-  std::unique_ptr<LiveEngine> (*make)(const Plan& plan);
-};
-
-/// Loads libtactor_live.so, once: a run under the virtual clock never loads the actor framework. Throws InputError
-/// where it is not there: then the build has no live engine.
-const LiveLibrary& load_live_library();
 
 }  // namespace tactor
-
-/// The one symbol that libtactor_live.so exports; null where the caller is of another build.
-extern "C" const tactor::LiveLibrary* tactor_live_library();

@@ -1,6 +1,6 @@
 // Loads the live engine, so that a run under the virtual clock never loads the actor framework.
+#include "framework/engine/live/live_library.hpp"
 #include "framework/core/check.hpp"
-#include "framework/engine/live/live_engine.hpp"
 #include "framework/node/plugin.hpp"
 
 namespace tactor {

@@ -1,11 +1,12 @@
 // Watching a live run: its progress, steps that do not come back, and the way to its end.
 #include <algorithm>
 #include <caf/send.hpp>
+#include <ctime>
 #include <exception>
 #include <mutex>
 #include <utility>
 
-#include "framework/engine/live/engine.hpp"
+#include "framework/engine/live/live_engine.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/realtime/allocation_watch.hpp"
 
@@ -20,20 +21,21 @@ constexpr Duration longest_without_tick{2'000'000'000};
 
 }  // namespace
 
-bool LiveRun::Engine::is_running() {
+bool LiveEngine::is_running() {
   const std::scoped_lock lock(mutex_);
   return dispatcher_->phase() != Phase::stopping && clock() < end_;
 }
 
-void LiveRun::Engine::stop(const std::string& why) {
+void LiveEngine::stop(const std::string& why) {
   const std::scoped_lock lock(mutex_);
   if (!why.empty()) return fail(why);
   catch_up(next_instant());
   if (dispatcher_->phase() != Phase::stopping) begin_stop(false);
 }
 
-LiveStatus LiveRun::Engine::look() {
-  LiveStatus now;
+EngineStatus LiveEngine::status() {
+  if (finished_) return status_;
+  EngineStatus now;
   {
     const std::scoped_lock lock(mutex_);
     now = counters();
@@ -42,19 +44,56 @@ LiveStatus LiveRun::Engine::look() {
   return now;
 }
 
-void LiveRun::Engine::attend(const std::function<void()>& while_waiting, Duration longest,
-                             const std::function<bool()>& done) {
+Duration LiveEngine::cpu_time() const {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return Duration{std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec};
+}
+
+std::vector<Duration> LiveEngine::step_times(std::size_t node) const {
+  return loops_[node] ? std::vector<Duration>{} : step_times_[node];
+}
+
+bool LiveEngine::attend(const Attendance& attendance) {
+  bool served = true;
+  const auto attempt = [this](const auto& work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      stop(error.what());
+    }
+  };
+  attempt([&] { attendance.read(); });
+  attempt([&] { served = attendance.serve(); });
+  if (!options_.keeps_step_times) return served;
+  steps_told_.take_all([this](const Stamp& stamp, const void* value) {
+    step_times_[static_cast<std::size_t>(static_cast<const StepEvent*>(value)->node)].push_back(stamp.produced -
+                                                                                                stamp.valid);
+  });
+  return served;
+}
+
+void LiveEngine::advance(Duration duration, const Attendance& attendance) {
+  const Instant until = MonotonicClock::now() + duration;
+  while (is_running() && MonotonicClock::now() < until) {
+    const Duration pause = attend(attendance) ? watch_period : waiting_period;
+    MonotonicClock::sleep_until(std::min(MonotonicClock::now() + pause, until));
+  }
+  attend(attendance);
+}
+
+void LiveEngine::attend_until(const Attendance& attendance, Duration longest, const std::function<bool()>& done) {
   const Time until = clock() + longest;
   while (clock() < until && !done()) {
-    while_waiting();
+    attend(attendance);
     MonotonicClock::sleep_until(origin_ + (std::min(clock() + watch_period, until) - Time{}));
   }
 }
 
-void LiveRun::Engine::look_for_stalls() {
+void LiveEngine::look_for_stalls() {
   const Time now = clock();
   stalls_.begin(now);
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
     if (failed_[n]) continue;
     if (loops_[n]) look_for_failure(n);
     const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n) || is_held(n);
@@ -70,7 +109,7 @@ void LiveRun::Engine::look_for_stalls() {
   }
 }
 
-void LiveRun::Engine::look_for_failure(std::size_t node) {
+void LiveEngine::look_for_failure(std::size_t node) {
   const std::exception_ptr thrown = loops_[node]->loop().failure();
   if (!thrown) return;
   failed_[node] = true;
@@ -81,17 +120,17 @@ void LiveRun::Engine::look_for_failure(std::size_t node) {
   }
 }
 
-LiveStatus LiveRun::Engine::counters() const {
-  LiveStatus s;
+EngineStatus LiveEngine::counters() const {
+  EngineStatus s;
   s.now = clock();
   s.phase = dispatcher_->phase();
   if (s.phase == Phase::starting) s.waiting_for = dispatcher_->waiting_for();
   s.missing = missing_;
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
     s.nodes.push_back({dispatcher_->steps(n), dispatcher_->missed_ticks(n), stalls_.stalled(n)});
     if (!loops_[n]) continue;
     const LoopStatistics& metrics = loops_[n]->loop().metrics();
-    LiveDevice device;
+    DeviceStatus device;
     device.node = n;
     device.ticks = static_cast<std::uint64_t>(metrics.ended.value());
     device.missed = static_cast<std::uint64_t>(metrics.missed.value());
@@ -109,8 +148,8 @@ LiveStatus LiveRun::Engine::counters() const {
   return s;
 }
 
-void LiveRun::Engine::add_latencies(LiveStatus& s, bool whole) const {
-  for (LiveDevice& device : s.devices) {
+void LiveEngine::add_latencies(EngineStatus& s, bool whole) const {
+  for (DeviceStatus& device : s.devices) {
     const RealtimeLane& loop = *loops_[device.node];
     device.wake_latency = metrics_of(loop.loop().metrics().wake_latency, whole);
     device.body_time = metrics_of(loop.loop().metrics().body_time, whole);
@@ -124,34 +163,34 @@ void LiveRun::Engine::add_latencies(LiveStatus& s, bool whole) const {
 
 // Ending.
 
-std::int64_t LiveRun::Engine::steps_ended(std::size_t node) const {
+std::int64_t LiveEngine::steps_ended(std::size_t node) const {
   const auto& loop = loops_[node];
   return loop ? loop->loop().metrics().ended.value()
               : static_cast<std::int64_t>(dispatcher_->steps(node)) - (dispatcher_->busy(node) ? 1 : 0);
 }
 
-std::vector<std::size_t> LiveRun::Engine::devices_not_at_rest() const {
+std::vector<std::size_t> LiveEngine::devices_not_at_rest() const {
   std::vector<std::size_t> devices;
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
     if (!plan_.nodes[n].info->actuator || failed_[n]) continue;
     if (!(loops_[n] ? loops_[n]->at_rest() : at_rest_[n])) devices.push_back(n);
   }
   return devices;
 }
 
-std::vector<std::size_t> LiveRun::Engine::busy_nodes() const {
+std::vector<std::size_t> LiveEngine::busy_nodes() const {
   std::vector<std::size_t> busy;
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
     if (dispatcher_->busy(n) && !failed_[n] && !is_held(n)) busy.push_back(n);
   }
   return busy;
 }
 
-void LiveRun::Engine::finish(const std::function<void()>& while_waiting) {
+void LiveEngine::finish(const Attendance& attendance) {
   stop("");
-  std::vector<std::int64_t> steps(nodes.size(), -1);
+  std::vector<std::int64_t> steps(nodes_.size(), -1);
   Time ticked = clock();
-  attend(while_waiting, longest_ramp_down, [&] {
+  attend_until(attendance, longest_ramp_down, [&] {
     const std::scoped_lock lock(mutex_);
     const std::vector<std::size_t> moving = devices_not_at_rest();
     for (const std::size_t n : moving) {
@@ -162,11 +201,11 @@ void LiveRun::Engine::finish(const std::function<void()>& while_waiting) {
   });
   for (const auto& loop : loops_) {
     if (!loop || loop->stop(longest_step_at_end)) continue;
-    abandoned = true;
+    abandoned_ = true;
     const std::scoped_lock lock(mutex_);
     fail("device node " + plan_.nodes[loop->node()].name + " does not come back from its step");
   }
-  attend(while_waiting, longest_step_at_end, [this] {
+  attend_until(attendance, longest_step_at_end, [this] {
     const std::scoped_lock lock(mutex_);
     ended_ = true;
     return busy_nodes().empty();
@@ -174,7 +213,7 @@ void LiveRun::Engine::finish(const std::function<void()>& while_waiting) {
   {
     const std::scoped_lock lock(mutex_);
     for (const std::size_t n : busy_nodes()) {
-      abandoned = true;
+      abandoned_ = true;
       fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") does not come back from its step");
     }
     for (const std::size_t n : devices_not_at_rest()) {
@@ -183,15 +222,16 @@ void LiveRun::Engine::finish(const std::function<void()>& while_waiting) {
     drain_loops();
   }
   end_timer();
-  while_waiting();
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    node_statistics[n].steps = status.nodes[n].steps;
-    node_statistics[n].missed_ticks = status.nodes[n].missed_ticks;
+  attend(attendance);
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    node_statistics_[n].steps = status_.nodes[n].steps;
+    node_statistics_[n].missed_ticks = status_.nodes[n].missed_ticks;
   }
-  if (!abandoned) end_threads();
+  finished_ = true;
+  if (!abandoned_) end_threads();
 }
 
-void LiveRun::Engine::end_timer() {
+void LiveEngine::end_timer() {
   {
     const std::scoped_lock lock(mutex_);
     timer_ended_ = true;
@@ -200,7 +240,7 @@ void LiveRun::Engine::end_timer() {
   if (timer_.joinable()) timer_.join();
 }
 
-void LiveRun::Engine::end_threads() {
+void LiveEngine::end_threads() {
   end_timer();
   for (const caf::actor& actor : actors_) {
     if (actor) caf::anon_send_exit(actor, caf::exit_reason::user_shutdown);

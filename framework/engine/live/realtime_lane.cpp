@@ -37,6 +37,7 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
     : nodes_(nodes),
       node_(node),
       schedule_(rate_of(nodes.plan().nodes[node])),
+      tick_(nodes, node),
       tuned_(most_tunings, sizeof(const void*)),
       sent_payloads_(most_sent, largest_payload(*nodes.plan().nodes[node].info)),
       end_to_end_(std::make_unique<LatencyHistogram>()),
@@ -44,15 +45,9 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
             [this](const Tick& t) { tick(t); }) {
   const Plan& plan = nodes.plan();
   const NodeInfo& info = *plan.nodes[node].info;
-  for (std::size_t e = 0; e < plan.edges.size(); ++e) {
-    const PlannedEdge& edge = plan.edges[e];
-    if (edge.to != node) continue;
-    In in;
-    in.edge = e;
-    in.input = &info.inputs[edge.input].access(nodes[node]);
-    in.is_force = &in.input->type() == &message_type<ForceSegment>();
-    in.age = std::make_unique<LatencyHistogram>();
-    inputs_.push_back(std::move(in));
+  for (const InputBase* input : tick_.inputs()) {
+    inputs_.push_back(
+        {&input->type() == &message_type<ForceSegment>(), Time{INT64_MIN}, std::make_unique<LatencyHistogram>()});
   }
   if (inputs_.size() > TickEvent::most_inputs) {
     throw InputError("node " + plan.nodes[node].name + ": " + std::to_string(inputs_.size()) +
@@ -61,18 +56,19 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSetti
   }
   const std::size_t largest = largest_payload(info);
   sent_.reserve(most_sent);
-  for (const OutputInfo& output : info.outputs) {
-    outputs_.push_back(&output.access(nodes[node]));
-    TACTOR_DEMAND(output.type->arrays.empty());
-  }
-  out_ = std::make_unique<Ring>(ticks_held * (outputs_.size() + 1), largest);
+  for (const OutputInfo& output : info.outputs) TACTOR_DEMAND(output.type->arrays.empty());
+  out_ = std::make_unique<Ring>(ticks_held * (info.outputs.size() + 1), largest);
   out_payload_.resize(largest);
 }
 
+std::optional<std::size_t> RealtimeLane::input_of(std::size_t edge) const {
+  const std::vector<std::size_t>& edges = tick_.edges();
+  const auto found = std::find(edges.begin(), edges.end(), edge);
+  return found == edges.end() ? std::nullopt : std::optional(static_cast<std::size_t>(found - edges.begin()));
+}
+
 void RealtimeLane::put(std::size_t edge, const Stamp& stamp, const void* payload) {
-  const auto in = std::find_if(inputs_.begin(), inputs_.end(), [edge](const In& i) { return i.edge == edge; });
-  TACTOR_DEMAND(in != inputs_.end());
-  in->input->queue().push(stamp, payload);
+  tick_.inputs()[input_of(edge).value()]->queue().push(stamp, payload);
 }
 
 bool RealtimeLane::tune(std::shared_ptr<const void> params) {
@@ -89,8 +85,8 @@ bool RealtimeLane::tune(std::shared_ptr<const void> params) {
 }
 
 const LatencyHistogram* RealtimeLane::age(std::size_t edge) const {
-  const auto in = std::find_if(inputs_.begin(), inputs_.end(), [edge](const In& i) { return i.edge == edge; });
-  return in == inputs_.end() ? nullptr : in->age.get();
+  const auto input = input_of(edge);
+  return input ? inputs_[*input].age.get() : nullptr;
 }
 
 bool RealtimeLane::take_tick() {
@@ -111,8 +107,7 @@ bool RealtimeLane::take_tick() {
   return false;
 }
 
-void RealtimeLane::take_in(In& in, Time deadline) {
-  EdgeQueue& queue = in.input->queue();
+void RealtimeLane::take_in(In& in, EdgeQueue& queue, Time deadline) {
   queue.admit(deadline);
   const MessageView newest = queue.newest();
   if (!newest) return;
@@ -126,31 +121,26 @@ void RealtimeLane::take_in(In& in, Time deadline) {
 void RealtimeLane::tick(const Tick& tick) {
   RecordHeader header;
   for (const void* params = nullptr; tuned_.pop(header, &params);) {
-    nodes_.plan().nodes[node_].info->tune(nodes_[node_], params);
+    nodes_.set(node_, params);
     applied_.fetch_add(1, std::memory_order_release);
   }
-  for (In& in : inputs_) take_in(in, tick.deadline);
   StepContext context(tick.deadline, phase_.load(std::memory_order_acquire));
-  nodes_.step(node_, context);
-  for (In& in : inputs_) in.input->queue().mark_seen();
+  header.tick = tick.number;
+  tick_.make(
+      context, [&](std::size_t i, EdgeQueue& queue) { take_in(inputs_[i], queue, tick.deadline); },
+      [&](std::size_t output, Time valid, const void* value) {
+        header.port = static_cast<std::int32_t>(output);
+        header.size = static_cast<std::uint32_t>(tick_.outputs()[output]->type().size);
+        header.stamp.valid = valid;
+        out_->push(header, value);
+      });
   TickEvent event{.node = static_cast<std::int32_t>(node_),
                   .inputs = static_cast<std::int32_t>(inputs_.size()),
                   .tick = tick.number,
                   .phase = context.phase(),
                   .sets = applied_.load(std::memory_order_relaxed)};
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    if (const MessageView newest = inputs_[i].input->queue().newest()) event.seen[i] = newest.stamp->sequence + 1;
-  }
-  header.tick = tick.number;
-  for (std::size_t o = 0; o < outputs_.size(); ++o) {
-    OutputBase& output = *outputs_[o];
-    header.port = static_cast<std::int32_t>(o);
-    header.size = static_cast<std::uint32_t>(output.type().size);
-    for (std::size_t i = 0; i < output.pending(); ++i) {
-      header.stamp.valid = output.pending_valid(i);
-      out_->push(header, output.pending_value(i));
-    }
-    output.clear_pending();
+    if (const MessageView newest = tick_.inputs()[i]->queue().newest()) event.seen[i] = newest.stamp->sequence + 1;
   }
   header.port = tick_done;
   header.size = sizeof event;

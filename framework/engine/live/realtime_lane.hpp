@@ -5,9 +5,11 @@
 #include <cstddef>
 #include <deque>
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include "framework/engine/live/live_status.hpp"
+#include "framework/engine/engine_status.hpp"
+#include "framework/engine/lane_tick.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/run_events.hpp"
 #include "framework/realtime/latency_histogram.hpp"
@@ -66,21 +68,21 @@ class RealtimeLane {
  private:
   /// One connected input.
   struct In {
-    std::size_t edge = 0;
-    InputBase* input = nullptr;
     bool is_force = false;  // its stamps tell from which device sample a force was made
     Time newest_valid{INT64_MIN};
     std::unique_ptr<LatencyHistogram> age;
   };
 
   void tick(const Tick& tick);
-  void take_in(In& in, Time deadline);
+  void take_in(In& in, EdgeQueue& queue, Time deadline);
+  /// The index of an edge into the node; none where the edge ends elsewhere.
+  [[nodiscard]] std::optional<std::size_t> input_of(std::size_t edge) const;
 
   PlanNodes& nodes_;
   const std::size_t node_;
   TickSchedule schedule_;
-  std::vector<In> inputs_;
-  std::vector<OutputBase*> outputs_;
+  LaneTick tick_;
+  std::vector<In> inputs_;  // by edge of `tick_`
   std::unique_ptr<Ring> out_;
   Ring tuned_;                                       // pointers to parameters, into the loop
   std::deque<std::shared_ptr<const void>> tunings_;  // those whose tick has not come back, the oldest first

@@ -9,8 +9,7 @@
 #include <vector>
 
 #include "framework/core/messages.hpp"
-#include "framework/engine/run_events.hpp"
-#include "framework/engine/tap.hpp"
+#include "framework/engine/engine.hpp"
 #include "framework/graph/plan.hpp"
 
 namespace tactor::sample {
@@ -21,16 +20,16 @@ using LoggedMessage = std::tuple<std::size_t, std::uint64_t, std::int64_t, std::
 /// The steps of a run, and the wrenches of the plan's streams, in the order in which they became visible.
 class EngineLog {
  public:
-  /// `engine` is a Dispatcher or a LiveRun. Under the virtual clock `one_thread`: nothing is lost.
-  template <class Engine>
-  EngineLog(Engine& engine, const Plan& plan, bool one_thread) {
-    const Queue queue{QueuePolicy::drop_newest, one_thread ? 64U : 60000U};
-    Tap& steps_tap = taps_.emplace_back(message_type<StepEvent>(), queue);
-    engine.add_step_tap(steps_tap);
-    for (const PlannedStream& stream : plan.streams) {
-      engine.add_tap(stream.node, stream.output, taps_.emplace_back(message_type<Wrench>(), queue));
-    }
-    if (!one_thread) return;
+  /// Where steps are made on the caller's thread nothing is lost.
+  EngineLog(Engine& engine, const Plan& plan) {
+    const Queue queue{QueuePolicy::drop_newest, engine.steps_on_caller() ? 64U : 60000U};
+    engine.with_dispatcher([&](Dispatcher& dispatcher) {
+      dispatcher.add_step_tap(taps_.emplace_back(message_type<StepEvent>(), queue));
+      for (const PlannedStream& stream : plan.streams) {
+        dispatcher.add_tap(stream.node, stream.output, taps_.emplace_back(message_type<Wrench>(), queue));
+      }
+    });
+    if (!engine.steps_on_caller()) return;
     for (Tap& tap : taps_) tap.when_full([this] { take(); });
   }
   EngineLog(const EngineLog&) = delete;

@@ -10,7 +10,7 @@
 #include <optional>
 #include <vector>
 
-#include "framework/engine/virtual_clock.hpp"
+#include "framework/engine/virtual_engine.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(reference_test)
@@ -56,7 +56,7 @@ BOOST_AUTO_TEST_CASE(a_sink_gets_what_arrived_in_the_reference_run) {
   BOOST_REQUIRE(reference.contains("keep.in"));
   BOOST_TEST(reference.at("keep.in").stamps.size() == 1000U);
 
-  VirtualClock engine(sample.plan, false);
+  VirtualEngine engine(sample.plan);
   engine.run();
   set_reference(engine.nodes(), reference);
   const auto truth = dynamic_cast<const Keep&>(engine.nodes()[2]).in.reference();

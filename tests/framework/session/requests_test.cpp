@@ -84,12 +84,11 @@ class Slow final : public Node {
   double k_;
 };
 
-/// While a step of the slow node goes on, it asks to set k there, and then its own `confirmed`.
+/// While a step of the slow node goes on, it asks to set k there.
 class Confirmer final : public Node {
  public:
   struct Params {
     std::string value;
-    int confirmed = 0;
     double rate = 0;
   };
   Confirmer(const Params& params, const NodeContext&) : params_(params) {}
@@ -97,20 +96,17 @@ class Confirmer final : public Node {
     return Declare<Confirmer>("sample.confirmer", "Asks.")
         .output("requests", &Confirmer::requests, "what it asks")
         .text("value", &Params::value, "1200 N/m", "what is to be set")
-        .integer("confirmed", &Params::confirmed, {.doc = "settings that hold", .default_value = 0, .max = 100})
-        .tunable({"confirmed"})
         .rate("rate", &Params::rate, {.doc = "rate", .default_value = 200})
         .sets([](const Params&) { return std::vector<Setting>{}; })
         .info();
   }
-  void tune(const Params& params) {
-    confirmed = params.confirmed;
+  void request_done() override {
+    ++confirmed;
     confirmed_at = MonotonicClock::now();
   }
   void step(StepContext& context) override {
     if (!std::exchange(asked_, true)) {
       requests.send(context.now(), set_request("slow.k=" + params_.value, "trial 7, interval 1"));
-      requests.send(context.now(), set_request("confirmer.confirmed=1", "trial 7, interval 1"));
     }
     if (confirmed == 0) return;
     SetRequest end;
@@ -136,7 +132,7 @@ struct ConfirmedPlan {
     NodeSpec slow_node{"slow", &slow, {500.0, 3.0}, {}, {}, {}};
     slow_node.scheduling.lane = Lane::thread;
     slow_node.scheduling.thread = "slow";
-    plan.nodes = {std::move(slow_node), {"confirmer", &confirmer, {value, std::int64_t{0}, 200.0}, {}, {}, {}}};
+    plan.nodes = {std::move(slow_node), {"confirmer", &confirmer, {value, 200.0}, {}, {}, {}}};
   }
 };
 
@@ -262,7 +258,7 @@ BOOST_AUTO_TEST_CASE(a_meter_is_told_of_each_step_of_a_run_whose_nodes_set_each_
   using Work = NodeMeter::Work;
   AskingPlan asking(Clock::virtual_);
   Counts counts;
-  Session session(asking.plan, {.meter = &counts});
+  Session session(asking.plan, {.engine = {.meter = &counts}});
   session.start();
   while (session.is_running()) session.advance(Duration{request_ms});
   session.finish();
@@ -281,13 +277,15 @@ BOOST_AUTO_TEST_CASE(a_meter_is_told_of_each_step_of_a_run_whose_nodes_set_each_
 BOOST_AUTO_TEST_CASE(a_live_run_does_what_its_nodes_ask, *boost::unit_test::precondition(test::NeedsLive{})) {
   AskingPlan asking(Clock::real);
   Session session(asking.plan);
-  int sets = 0;
-  session.on_set([&sets](const Stamp&, const void*) { ++sets; });
+  std::vector<bool> sets;
+  session.on_set(
+      [&sets](const Stamp&, const void* value) { sets.push_back(static_cast<const SetEvent*>(value)->length > 0); });
   session.start();
   while (session.is_running()) session.advance(Duration{20 * request_ms});
   session.finish();
   BOOST_TEST(!session.failure().has_value());
-  BOOST_TEST(sets == 1);
+  // The setting, and that it is done.
+  BOOST_TEST((sets == std::vector<bool>{true, false}));
   const auto& kept = dynamic_cast<const Keep&>(session.nodes()[2]).kept;
   BOOST_REQUIRE(!kept.empty());
   BOOST_TEST(kept.front().value == 500);
@@ -345,7 +343,8 @@ BOOST_AUTO_TEST_CASE(under_the_virtual_clock_a_confirmation_comes_at_the_same_in
   session.finish();
   BOOST_REQUIRE(sets.size() == 2U);
   BOOST_TEST(sets[0].second == "k=1200 N/m");
-  BOOST_TEST(sets[1].second == "confirmed=1");
+  // Without a parameter: the request is done.
+  BOOST_TEST(sets[1].second.empty());
   BOOST_TEST((sets[0].first == sets[1].first));
 }
 

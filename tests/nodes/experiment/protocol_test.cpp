@@ -77,12 +77,9 @@ struct Driven {
   void collect() {
     for (std::size_t i = 0; i < node.requests.pending(); ++i) {
       const auto& request = sent(node.requests, i);
-      const std::string text(text_of(request));
-      if (text.starts_with(confirms)) {
-        to_confirm = std::stoi(text.substr(std::string(confirms).size()));
-        continue;
-      }
-      asked.push_back(request.kind == RequestKind::end_run ? "end" : text);
+      const bool is_end = request.kind == RequestKind::end_run;
+      if (!is_end) ++to_confirm;
+      asked.push_back(is_end ? "end" : std::string(text_of(request)));
       abouts.emplace_back(about_of(request));
     }
     const bool made = makes && to_confirm > confirmed;
@@ -97,10 +94,7 @@ struct Driven {
   }
   /// As a session does when the settings up to that number hold.
   void confirm(int number) {
-    Protocol::Params params = small_study();
-    params.confirmed = confirmed = number;
-    params.answer = Protocol::Answer::second;  // of an earlier `set`, which is no answer
-    node.tune(params);
+    for (; confirmed < number; ++confirmed) node.request_done();
   }
   [[nodiscard]] TrialPhase phase() const { return screen.phase; }
   /// Steps until that phase; false where it does not come within 10 s.
@@ -111,7 +105,6 @@ struct Driven {
   void answer(Protocol::Answer value) {
     Protocol::Params params = small_study();
     params.answer = value;
-    params.confirmed = confirmed;
     node.tune(params);
     step();
   }
@@ -133,7 +126,6 @@ struct Driven {
     }
   }
 
-  static constexpr const char* confirms = "test.confirmed=";
   bool makes = true;
   int to_confirm = 0, confirmed = 0;
   std::vector<std::string> abouts;  // of what was asked
@@ -371,13 +363,6 @@ BOOST_AUTO_TEST_CASE(a_device_that_displays_less_torque_than_was_wanted_is_told)
   BOOST_REQUIRE(d.rows.size() == 1U);
   BOOST_TEST(d.rows[0].limited_first == 1.0 / 3, boost::test_tools::tolerance(1e-12));
   BOOST_TEST(d.rows[0].limited_second == 0);
-}
-
-BOOST_AUTO_TEST_CASE(what_the_run_alone_sets_is_refused_in_a_graph) {
-  Protocol::Params params = small_study();
-  params.confirmed = std::numeric_limits<int>::max();
-  BOOST_CHECK_EXCEPTION(Driven{params}, ValueError,
-                        [](const ValueError& error) { return error.path() == "confirmed"; });
 }
 
 BOOST_AUTO_TEST_CASE(a_continued_run_makes_the_trials_that_were_left) {

@@ -6,7 +6,7 @@
 #include <ctime>
 #include <tuple>
 
-#include "framework/engine/virtual_clock.hpp"
+#include "framework/engine/virtual_engine.hpp"
 #include "tests/framework/engine/live/drive.hpp"
 #include "tests/framework/engine/live/live_nodes.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
@@ -102,16 +102,16 @@ Sorted visible(const EngineLog& log, const Plan& plan) {
 /// Runs the plan live and again under the virtual clock with the costs it had: the same steps and values; what the live
 /// run told.
 std::vector<Step> check_contract(const Plan& plan) {
-  LiveRun run(plan);
-  EngineLog live(run, plan, false);
+  LiveEngine run(plan);
+  EngineLog live(run, plan);
   drive(
-      run, [](const LiveStatus&) { return true; }, [&] { live.take(); });
+      run, [](const EngineStatus&) { return true; }, [&] { live.take(); });
   BOOST_TEST(live.dropped() == 0U);
   BOOST_REQUIRE_MESSAGE(!run.failure(), run.failure().value_or(""));
 
   const Plan again = with_costs(plan, live);
-  VirtualClock clock(again, false);
-  EngineLog replay(clock.dispatcher(), again, true);
+  VirtualEngine clock(again);
+  EngineLog replay(clock, again);
   clock.run();
   replay.take();
 
@@ -181,7 +181,7 @@ BOOST_AUTO_TEST_CASE(results_that_are_held_back_take_no_time_of_a_core_and_are_n
   SamplePlan sample(cost, 1.0);
   sample.plan.graph.live.impose_cost = true;
   sample.plan.graph.live.stall_timeout = Duration{100'000'000};
-  LiveRun run(sample.plan);
+  LiveEngine run(sample.plan);
   const auto cpu = [] {
     timespec t{};
     clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -207,7 +207,7 @@ BOOST_AUTO_TEST_CASE(costs_are_not_imposed_unless_the_graph_says_so_and_outlast_
   for (const bool imposed : {false, true}) {
     SamplePlan sample(cost, 0.3);
     sample.plan.graph.live.impose_cost = imposed;
-    LiveRun run(sample.plan);
+    LiveEngine run(sample.plan);
     drive(run);
     BOOST_TEST(!run.failure().has_value());
     BOOST_TEST(!run.is_abandoned());

@@ -69,7 +69,9 @@ struct Fixture {
 /// A disk that hangs for two seconds: it takes the steps that a run tells, and sleeps at the twentieth.
 class Hangs {
  public:
-  explicit Hangs(LiveRun& run) { run.add_step_tap(tap_); }
+  explicit Hangs(LiveEngine& run) {
+    run.with_dispatcher([this](Dispatcher& dispatcher) { dispatcher.add_step_tap(tap_); });
+  }
   void take() {
     while (tap_.take()) {
       if (++count_ == 20) std::this_thread::sleep_for(std::chrono::seconds(2));
@@ -81,7 +83,7 @@ class Hangs {
   int count_ = 0;
 };
 
-const Ramp& ramp_of(LiveRun& run, std::size_t node) {
+const Ramp& ramp_of(LiveEngine& run, std::size_t node) {
   return dynamic_cast<const Ramp&>(run.nodes()[node]);
 }
 
@@ -91,7 +93,7 @@ BOOST_FIXTURE_TEST_CASE(a_device_gets_all_the_time_that_its_ramp_to_zero_takes, 
   for (const Lane lane : {Lane::realtime, Lane::pool}) {
     PlanBuilder b(0.1);
     b.node("device", ramp, {1000.0, std::int64_t{3000}}, {lane, "", SchedulingPolicy::other, {}, {}});
-    LiveRun run(b.plan);
+    LiveEngine run(b.plan);
     drive(run);
     BOOST_TEST(!run.failure().has_value());
     BOOST_TEST(ramp_of(run, 0).stopping >= 3000);
@@ -106,7 +108,7 @@ BOOST_FIXTURE_TEST_CASE(a_device_that_does_not_come_to_rest_is_told_of, Fixture)
   const auto device = b.node("device", ramp, {1000.0, std::int64_t{50}}, shared);
   const auto culprit = b.node("culprit", does, {}, shared);
   b.edge(device, culprit, 0, {}, true);
-  LiveRun run(b.plan);
+  LiveEngine run(b.plan);
   drive(run);
   BOOST_TEST(!run.is_abandoned());
   BOOST_REQUIRE(run.failure().has_value());
@@ -120,7 +122,7 @@ BOOST_FIXTURE_TEST_CASE(a_node_that_throws_does_not_keep_a_device_on_its_thread_
   const auto device = b.node("device", ramp, {1000.0, std::int64_t{50}}, shared);
   const auto culprit = b.node("culprit", does, {}, shared);
   b.edge(device, culprit, 0, {}, true);
-  LiveRun run(b.plan);
+  LiveEngine run(b.plan);
   drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("it broke") != std::string::npos);
@@ -134,7 +136,7 @@ BOOST_FIXTURE_TEST_CASE(what_is_thrown_and_is_no_exception_ends_the_run_too, Fix
   const auto culprit = b.node("culprit", does, {});
   b.edge(source, culprit, 0, {}, true);
   b.plan.graph.live.stall_timeout = Duration{5'000'000'000};
-  LiveRun run(b.plan);
+  LiveEngine run(b.plan);
   drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("node culprit failed at") != std::string::npos);
@@ -148,14 +150,14 @@ BOOST_FIXTURE_TEST_CASE(a_step_that_is_still_on_its_way_at_the_end_is_told_of, F
   };
   // Its thread still uses them.
   static PlanBuilder b(0.3);
-  static LiveRun* run = nullptr;
+  static LiveEngine* run = nullptr;
   static NodeInfo info = Does::declare();
   static NodeInfo count = Counter::declare();
   const auto source = b.node("source", count, {100.0});
   const auto culprit = b.node("culprit", info, {});
   b.edge(source, culprit, 0, {}, true);
   b.plan.graph.live.on_stall = OnStall::recover;
-  run = new LiveRun(b.plan);
+  run = new LiveEngine(b.plan);
   drive(*run);
   BOOST_TEST(run->is_abandoned());
   BOOST_REQUIRE(run->failure().has_value());
@@ -182,7 +184,7 @@ BOOST_FIXTURE_TEST_CASE(a_light_node_in_the_realtime_lane_that_throws_is_named, 
   const NodeInfo bad = Bad::declare();
   PlanBuilder b(30);
   b.node("filter", bad, {100.0}, {Lane::realtime, "", SchedulingPolicy::other, {}, {}});
-  LiveRun run(b.plan);
+  LiveEngine run(b.plan);
   drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("node filter failed at") != std::string::npos);
@@ -210,9 +212,9 @@ BOOST_FIXTURE_TEST_CASE(a_node_of_the_realtime_lane_that_sends_nothing_has_stepp
     const auto source = b.node("source", silent, {100.0}, {lane, "", SchedulingPolicy::other, {}, {}});
     const auto device = b.node("device", actor, {1000.0}, {Lane::realtime, "", SchedulingPolicy::other, {}, {}});
     b.edge(source, device, 0, {}, false);
-    LiveRun run(b.plan);
+    LiveEngine run(b.plan);
     Phase last = Phase::starting;
-    drive(run, [&last](const LiveStatus& s) {
+    drive(run, [&last](const EngineStatus& s) {
       last = s.phase;
       return true;
     });
@@ -241,10 +243,10 @@ BOOST_FIXTURE_TEST_CASE(a_disk_that_hangs_does_not_keep_a_failure_from_the_devic
   const auto culprit = b.node("culprit", late, {});
   b.edge(device, culprit, 0, {}, true);
   b.record(device);
-  LiveRun run(b.plan);
+  LiveEngine run(b.plan);
   Hangs disk(run);
   drive(
-      run, [](const LiveStatus&) { return true; }, [&disk] { disk.take(); });
+      run, [](const EngineStatus&) { return true; }, [&disk] { disk.take(); });
   BOOST_REQUIRE(run.failure().has_value());
   // It broke half a second after the start, and the disk came back a second and a half later.
   BOOST_TEST(run.status().now.seconds() < 1.5);
@@ -256,12 +258,12 @@ BOOST_FIXTURE_TEST_CASE(a_disk_that_hangs_does_not_keep_the_run_from_being_stopp
   const auto device =
       b.node("device", ramp, {1000.0, std::int64_t{50}}, {Lane::realtime, "", SchedulingPolicy::other, {}, {}});
   b.record(device);
-  LiveRun run(b.plan);
+  LiveEngine run(b.plan);
   const auto begin = std::chrono::steady_clock::now();
   run.stop_when([begin] { return std::chrono::steady_clock::now() - begin > std::chrono::milliseconds(500); });
   Hangs disk(run);
   drive(
-      run, [](const LiveStatus&) { return true; }, [&disk] { disk.take(); });
+      run, [](const EngineStatus&) { return true; }, [&disk] { disk.take(); });
   BOOST_TEST(!run.failure().has_value());
   BOOST_TEST(run.status().now.seconds() < 1.5);
   BOOST_TEST(ramp_of(run, device).stopping > 500);

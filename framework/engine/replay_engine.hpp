@@ -1,16 +1,15 @@
 // Makes a live run again under the virtual clock: the same steps, at the same times, with the same messages.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
 #include "framework/core/message_batch.hpp"
 #include "framework/engine/held_messages.hpp"
+#include "framework/engine/lane_tick.hpp"
 #include "framework/engine/run_events.hpp"
-#include "framework/engine/virtual_clock.hpp"
+#include "framework/engine/virtual_engine.hpp"
 
 namespace tactor {
 
@@ -28,7 +27,7 @@ struct RunLog {
     std::size_t node = 0;
     Stamp stamp;
     SetEvent event;
-    std::shared_ptr<const void> params;  ///< all parameters of the node from then on, as its struct
+    std::shared_ptr<const void> params;  ///< all of the node, as its struct; null: a request is done
   };
   /// What a program fed into a node.
   struct Fed {
@@ -43,20 +42,18 @@ struct RunLog {
   Time end;                  ///< of the last thing that was told
 };
 
-/// Drives a VirtualClock by a log. A step takes what it took; a tick of the real-time lane sees the messages that it
-/// saw, a tick that was missed is missed again, and what was set and fed comes when it came.
-class ReplayClock final : public ExternalInputs {
+/// Runs a plan by a log. A step takes what it took; a tick of the real-time lane sees the messages that it saw, a tick
+/// that was missed is missed again, and what was set and fed comes when it came.
+class ReplayEngine final : private ExternalInputs, public VirtualEngine {
  public:
-  /// `plan` without costs is that of the live run; it and the log must outlive the clock.
-  ReplayClock(const Plan& plan, const RunLog& log);
+  /// `plan` without costs is that of the live run; it and the log must outlive the engine.
+  ReplayEngine(const Plan& plan, const RunLog& log, const EngineOptions& options = {});
 
-  [[nodiscard]] VirtualClock& clock() { return *clock_; }
-  /// As VirtualClock::advance_to.
-  void advance_to(Time t);
-  /// Calls `tell` for each change of parameters when it is made.
-  void on_set(std::function<void(const RunLog::Set&)> tell) { tell_set_ = std::move(tell); }
+  void advance_to(Time t) override;
+
+ protected:
   /// Behind the last thing that the log tells.
-  [[nodiscard]] Time end() const { return log_.end + Duration{1}; }
+  [[nodiscard]] Time end() const override { return log_.end + Duration{1}; }
 
  private:
   struct Event {
@@ -73,10 +70,7 @@ class ReplayClock final : public ExternalInputs {
   void tick(const RunLog::Tick& tick);
 
   const RunLog& log_;
-  const Plan plan_;  // with the costs that the log tells
-  std::vector<bool> external_;
-  std::unique_ptr<VirtualClock> clock_;
-  std::function<void(const RunLog::Set&)> tell_set_;
+  std::vector<std::optional<LaneTick>> lanes_;  // by node; none outside of the real-time lane
   std::vector<Event> events_;
   std::size_t next_ = 0;
   std::vector<HeldMessages> held_;                                 // by edge: arrived, and not seen by a tick yet

@@ -9,7 +9,7 @@
 #include "tests/framework/engine/live/live_nodes.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
-BOOST_AUTO_TEST_SUITE(live_run_test)
+BOOST_AUTO_TEST_SUITE(live_engine_test)
 
 using namespace tactor;
 using namespace tactor::sample;
@@ -47,7 +47,7 @@ struct Loop {
 
 BOOST_AUTO_TEST_CASE(a_tick_of_the_realtime_lane_sees_only_what_was_visible_by_its_deadline) {
   Loop loop(1.0);
-  LiveRun run(loop.b.plan);
+  LiveEngine run(loop.b.plan);
   drive(run);
   BOOST_TEST(!run.failure().has_value());
   const auto& seen = dynamic_cast<const Actor&>(run.nodes()[0]).seen;
@@ -66,7 +66,7 @@ BOOST_AUTO_TEST_CASE(a_tick_of_the_realtime_lane_sees_only_what_was_visible_by_i
 BOOST_AUTO_TEST_CASE(devices_start_disengaged_and_are_told_to_stop_and_waited_for) {
   for (const Lane lane : {Lane::realtime, Lane::thread, Lane::pool}) {
     Loop loop(0.5, lane);
-    LiveRun run(loop.b.plan);
+    LiveEngine run(loop.b.plan);
     drive(run);
     const auto& seen = dynamic_cast<const Actor&>(run.nodes()[0]).seen;
     std::map<Phase, int> ticks;
@@ -85,7 +85,7 @@ BOOST_AUTO_TEST_CASE(devices_start_disengaged_and_are_told_to_stop_and_waited_fo
 
 BOOST_AUTO_TEST_CASE(sinks_get_nothing_of_the_ramp_down) {
   Loop loop(0.3);
-  LiveRun run(loop.b.plan);
+  LiveEngine run(loop.b.plan);
   drive(run);
   const auto& kept = dynamic_cast<const Keep&>(run.nodes()[2]).kept;
   BOOST_REQUIRE(kept.size() > 100U);
@@ -94,25 +94,26 @@ BOOST_AUTO_TEST_CASE(sinks_get_nothing_of_the_ramp_down) {
 
 BOOST_AUTO_TEST_CASE(saying_no_ends_the_run_early_without_a_failure) {
   Loop loop(30);
-  LiveRun run(loop.b.plan);
+  LiveEngine run(loop.b.plan);
   const auto begin = std::chrono::steady_clock::now();
   int asked = 0;
-  drive(run, [&asked](const LiveStatus&) { return ++asked < 3; });
+  drive(run, [&asked](const EngineStatus&) { return ++asked < 3; });
   BOOST_TEST(seconds_since(begin) < 10);
   BOOST_TEST(!run.failure().has_value());
-  BOOST_TEST(run.status().now.seconds() < 10);
-  BOOST_REQUIRE(run.status().devices.size() == 1U);
+  const EngineStatus end = run.status();
+  BOOST_TEST(end.now.seconds() < 10);
+  BOOST_REQUIRE(end.devices.size() == 1U);
   // The histograms are there at the end, whole; the loop goes on to count while they are read.
   std::uint64_t wakeups = 0;
-  for (const auto& [middle, count] : run.status().devices[0].wake_latency.counts) wakeups += count;
+  for (const auto& [middle, count] : end.devices[0].wake_latency.counts) wakeups += count;
   BOOST_TEST(wakeups > 0U);
-  BOOST_TEST(wakeups >= run.status().devices[0].wake_latency.count);
+  BOOST_TEST(wakeups >= end.devices[0].wake_latency.count);
 }
 
 BOOST_AUTO_TEST_CASE(a_node_that_throws_ends_the_run_with_its_name_and_lets_the_device_ramp_down) {
   Loop loop(30);
   loop.add_culprit("throws", 20, 0);
-  LiveRun run(loop.b.plan);
+  LiveEngine run(loop.b.plan);
   drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   BOOST_TEST(run.failure()->find("culprit") != std::string::npos);
@@ -125,7 +126,7 @@ BOOST_AUTO_TEST_CASE(a_step_that_hangs_ends_the_run_with_its_name_while_the_devi
   Loop loop(30);
   loop.b.plan.graph.live.stall_timeout = Duration{200'000'000};
   loop.add_culprit("hangs", 20, 0.9);
-  LiveRun run(loop.b.plan);
+  LiveEngine run(loop.b.plan);
   drive(run);
   BOOST_REQUIRE(run.failure().has_value());
   // In this order: which node, when the step began, and for how long it has not come back.
@@ -146,9 +147,9 @@ BOOST_AUTO_TEST_CASE(a_stall_is_waited_out_where_the_graph_says_so) {
   loop.b.plan.graph.live.stall_timeout = Duration{200'000'000};
   loop.b.plan.graph.live.on_stall = OnStall::recover;
   const auto culprit = loop.add_culprit("hangs", 20, 0.9);
-  LiveRun run(loop.b.plan);
+  LiveEngine run(loop.b.plan);
   bool seen_stalled = false;
-  drive(run, [&](const LiveStatus& s) {
+  drive(run, [&](const EngineStatus& s) {
     seen_stalled = seen_stalled || s.nodes[culprit].stalled;
     return true;
   });
@@ -169,7 +170,7 @@ BOOST_AUTO_TEST_CASE(a_node_whose_start_throws_keeps_the_run_from_beginning) {
   Loop loop(30);
   const NodeInfo info = Refuses::declare();
   loop.b.node("refuses", info, {});
-  LiveRun run(loop.b.plan);
+  LiveEngine run(loop.b.plan);
   BOOST_CHECK_EXCEPTION(run.start(), InputError,
                         [](const InputError& e) { return std::string(e.what()) == "node refuses: not today"; });
   BOOST_TEST(dynamic_cast<const Actor&>(run.nodes()[0]).seen.empty());
@@ -178,14 +179,14 @@ BOOST_AUTO_TEST_CASE(a_node_whose_start_throws_keeps_the_run_from_beginning) {
 BOOST_AUTO_TEST_CASE(a_reader_of_a_tap_that_is_slow_holds_nothing_up) {
   Loop loop(1);
   loop.b.record(0);
-  LiveRun run(loop.b.plan);
-  EngineLog slow(run, loop.b.plan, false);
+  LiveEngine run(loop.b.plan);
+  EngineLog slow(run, loop.b.plan);
   int count = 0;
   slow.on_message = [&count] {
     if (++count % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(100));
   };
   drive(
-      run, [](const LiveStatus&) { return true; }, [&] { slow.take(); });
+      run, [](const EngineStatus&) { return true; }, [&] { slow.take(); });
   BOOST_TEST(!run.failure().has_value());
   // Nothing is lost: every tick that was not missed has arrived.
   BOOST_TEST(count + static_cast<int>(run.status().devices[0].missed) >= 999);
@@ -194,9 +195,9 @@ BOOST_AUTO_TEST_CASE(a_reader_of_a_tap_that_is_slow_holds_nothing_up) {
 
 BOOST_AUTO_TEST_CASE(a_tap_that_nobody_reads_loses_messages_and_counts_them) {
   Loop loop(0.5);
-  LiveRun run(loop.b.plan);
+  LiveEngine run(loop.b.plan);
   Tap tap(message_type<Wrench>(), {QueuePolicy::drop_newest, 10});
-  run.add_tap(0, 0, tap);
+  run.with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_tap(0, 0, tap); });
   drive(run);
   BOOST_TEST(tap.dropped() > 100U);
   std::uint64_t next = 0;
@@ -206,31 +207,31 @@ BOOST_AUTO_TEST_CASE(a_tap_that_nobody_reads_loses_messages_and_counts_them) {
 
 BOOST_AUTO_TEST_CASE(a_tap_may_come_and_go_while_the_run_goes_on) {
   Loop loop(1);
-  LiveRun run(loop.b.plan);
+  LiveEngine run(loop.b.plan);
   std::unique_ptr<Tap> tap;
   std::size_t came = 0;
   int looks = 0;
   drive(
-      run, [](const LiveStatus&) { return true; },
+      run, [](const EngineStatus&) { return true; },
       [&] {
         if (++looks % 4 == 0) {
           tap = std::make_unique<Tap>(message_type<Wrench>(), Queue{QueuePolicy::drop_oldest, 256});
-          run.add_tap(0, 0, *tap);
+          run.with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_tap(0, 0, *tap); });
         } else if (looks % 4 == 3 && tap) {
-          run.remove_tap(*tap);
+          run.with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.remove_tap(*tap); });
           while (tap->take()) ++came;
           tap.reset();
         }
       });
-  if (tap) run.remove_tap(*tap);
+  if (tap) run.with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.remove_tap(*tap); });
   BOOST_TEST(came > 100U);
   BOOST_TEST(!run.failure().has_value());
 }
 
 BOOST_AUTO_TEST_CASE(what_stops_a_run_with_a_reason_is_its_failure) {
   Loop loop(30);
-  LiveRun run(loop.b.plan);
-  drive(run, [&run](const LiveStatus&) {
+  LiveEngine run(loop.b.plan);
+  drive(run, [&run](const EngineStatus&) {
     run.stop("no space left");
     return true;
   });

@@ -1,4 +1,4 @@
-// What a live run tells while it goes on, and the metrics it ends with.
+// The state of a run: what its nodes, edges and real-time lanes did so far.
 #pragma once
 
 #include <optional>
@@ -28,21 +28,22 @@ inline LatencyStatistics metrics_of(const LatencyHistogram& counting, bool whole
   return f;
 }
 
-/// An edge of a live run.
-struct LiveEdge {
+/// An edge of a run.
+struct EdgeStatus {
   EdgeStatistics metrics;
-  LatencyStatistics age;  ///< of the newest message that a step saw, from when it became visible to when the step began
+  /// Live: of the newest message that a step saw, from when it became visible to when the step began.
+  LatencyStatistics age;
 };
 
-/// A node of a live run.
-struct LiveNode {
+/// A node of a run.
+struct NodeStatus {
   std::uint64_t steps = 0;
   std::uint64_t missed_ticks = 0;
-  bool stalled = false;  ///< its step has not come back for longer than the graph's stall_timeout
+  bool stalled = false;  ///< live: its step has not come back for longer than the graph's stall_timeout
 };
 
 /// A node in the real-time lane.
-struct LiveDevice {
+struct DeviceStatus {
   std::size_t node = 0;  ///< index into the plan
   std::uint64_t ticks = 0;
   std::uint64_t missed = 0;
@@ -55,15 +56,15 @@ struct LiveDevice {
   std::uint64_t dropped = 0;  ///< messages out of the loop that found its ring full
 };
 
-/// The state of a live run.
-struct LiveStatus {
+/// The state of a run.
+struct EngineStatus {
   Time now;
   Phase phase = Phase::starting;
   std::vector<std::string> waiting_for;  ///< nodes whose first step keeps the devices disengaged
-  std::vector<LiveNode> nodes;           ///< by index into the plan
-  std::vector<LiveEdge> edges;           ///< by index into the plan
-  std::vector<LiveDevice> devices;
-  std::vector<std::string> missing;  ///< privileges that were asked for and refused, each with its remedy
+  std::vector<NodeStatus> nodes;         ///< by index into the plan
+  std::vector<EdgeStatus> edges;         ///< by index into the plan
+  std::vector<DeviceStatus> devices;     ///< live: the nodes in the real-time lane
+  std::vector<std::string> missing;      ///< privileges that were asked for and refused, each with its remedy
 };
 
 }  // namespace tactor

@@ -1,4 +1,4 @@
-#include "framework/engine/live/live_run.hpp"
+#include "framework/engine/live/live_engine.hpp"
 
 #include <algorithm>
 #include <caf/logger.hpp>
@@ -7,8 +7,7 @@
 #include <mutex>
 #include <utility>
 
-#include "framework/engine/live/engine.hpp"
-#include "framework/engine/virtual_clock.hpp"
+#include "framework/engine/virtual_engine.hpp"
 #include "framework/realtime/make_thread.hpp"
 #include "framework/realtime/thread_policy.hpp"
 
@@ -22,6 +21,8 @@ constexpr Duration look_again{100'000};
 /// In the pool the CPU time of every this many steps is read: reading it is a system call, and two of them would take
 /// longer than a message between light nodes. A prime, so that it falls in step with no pattern of a graph.
 constexpr std::uint64_t steps_a_measurement = 7;
+/// Steps whose times may wait until the calling thread takes them.
+constexpr std::uint32_t most_steps_told = 1U << 16U;
 /// The engine's own thread: below devices, above the pool.
 constexpr ThreadSettings timer_settings{SchedulingPolicy::fifo, 70, std::nullopt};
 
@@ -36,11 +37,14 @@ struct LoggerOfThread {
 
 }  // namespace
 
-LiveRun::Engine::Engine(const Plan& plan)
-    : nodes(plan),
-      node_statistics(plan.nodes.size()),
-      plan_(plan),
+LiveEngine::LiveEngine(const Plan& plan, const EngineOptions& options)
+    : plan_(plan),
+      options_(options),
       end_(Time{} + plan.graph.duration),
+      nodes_(plan),
+      node_statistics_(plan.nodes.size()),
+      steps_told_(message_type<StepEvent>(), {QueuePolicy::drop_newest, most_steps_told}),
+      step_times_(plan.nodes.size()),
       lanes_(plan_lanes(plan)),
       begun_(plan.nodes.size()),
       tuned_(plan.nodes.size()),
@@ -50,14 +54,20 @@ LiveRun::Engine::Engine(const Plan& plan)
       stalls_(plan.nodes.size(), plan.graph.live.stall_timeout) {
   check_privileges(plan_, lanes_, timer_settings);
   make_lanes();
+  if (options.keeps_step_times) dispatcher_->add_step_tap(steps_told_);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
   if (!plan.graph.live.impose_cost) return;
   for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
 }
 
+void LiveEngine::with_dispatcher(const std::function<void(Dispatcher&)>& work) {
+  const std::scoped_lock lock(mutex_);
+  work(*dispatcher_);
+}
+
 // Starting.
 
-void LiveRun::Engine::start() {
+void LiveEngine::start() {
   dispatcher_->start();
   try {
     make_actors();
@@ -72,19 +82,20 @@ void LiveRun::Engine::start() {
   }
 }
 
-void LiveRun::Engine::make_lanes() {
+void LiveEngine::make_lanes() {
   std::vector<bool> external;
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
     external.push_back(lanes_.realtime[n].has_value());
     loops_.push_back(nullptr);
   }
-  dispatcher_ = std::make_unique<Dispatcher>(nodes, external, this);
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
-    if (lanes_.realtime[n]) loops_[n] = std::make_unique<RealtimeLane>(nodes, n, *lanes_.realtime[n]);
+  ExternalInputs* const lanes = this;
+  dispatcher_ = std::make_unique<Dispatcher>(nodes_, external, lanes);
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    if (lanes_.realtime[n]) loops_[n] = std::make_unique<RealtimeLane>(nodes_, n, *lanes_.realtime[n]);
   }
 }
 
-void LiveRun::Engine::make_actors() {
+void LiveEngine::make_actors() {
   // Everything that will run is in memory by now.
   memory_.emplace();
   if (memory_->refused()) missing_.push_back(describe(*memory_->refused()));
@@ -97,14 +108,14 @@ void LiveRun::Engine::make_actors() {
   system_ = std::make_unique<caf::actor_system>(config_);
   const auto& refused = dynamic_cast<const LaneScheduler&>(system_->scheduler()).refused();
   if (refused) throw RunError(*refused);
-  for (std::size_t n = 0; n < nodes.size(); ++n) {
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
     actors_.emplace_back();
     if (loops_[n]) continue;
     actors_[n] = system_->spawn<LaneActor>(lanes_.lane_of[n], std::function<void()>([this, n] { step(n); }));
   }
 }
 
-void LiveRun::Engine::granted(const ThreadGrant& grant) {
+void LiveEngine::granted(const ThreadGrant& grant) {
   const std::scoped_lock lock(mutex_);
   for (const Refusal& refusal : grant.refused) {
     const std::string text = describe(refusal);
@@ -112,7 +123,7 @@ void LiveRun::Engine::granted(const ThreadGrant& grant) {
   }
 }
 
-void LiveRun::Engine::start_threads() {
+void LiveEngine::start_threads() {
   origin_ = MonotonicClock::now() + head_start;
   for (const auto& loop : loops_) {
     if (loop) granted(loop->start(origin_));
@@ -123,17 +134,17 @@ void LiveRun::Engine::start_threads() {
 
 // Steps.
 
-void LiveRun::Engine::on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) {
+void LiveEngine::on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) {
   loops_[plan_.edges[edge].to]->put(edge, stamp, payload);
 }
 
-void LiveRun::Engine::on_phase(Phase phase) {
+void LiveEngine::on_phase(Phase phase) {
   for (const auto& loop : loops_) {
     if (loop) loop->set_phase(phase);
   }
 }
 
-void LiveRun::Engine::catch_up(Time t) {
+void LiveEngine::catch_up(Time t) {
   if (t >= end_ && dispatcher_->phase() != Phase::stopping) {
     handle_events_before(end_);
     dispatcher_->move_to(end_);
@@ -143,7 +154,7 @@ void LiveRun::Engine::catch_up(Time t) {
   dispatcher_->move_to(t);
 }
 
-void LiveRun::Engine::handle_events_before(Time t) {
+void LiveEngine::handle_events_before(Time t) {
   // Ticks and delayed messages that came before `t` happen before what happens at `t`.
   for (auto next = dispatcher_->next_event(); next && *next < t; next = dispatcher_->next_event()) {
     dispatcher_->move_to(*next);
@@ -152,21 +163,21 @@ void LiveRun::Engine::handle_events_before(Time t) {
   }
 }
 
-Time LiveRun::Engine::next_instant() const {
+Time LiveEngine::next_instant() const {
   Time t = std::max(clock(), dispatcher_->now() + Duration{1});
   // At no instant at which something is due, so that a replay does not have to know which came first.
   while (dispatcher_->has_event_at(t)) t = t + Duration{1};
   return t;
 }
 
-void LiveRun::Engine::begin_stop(bool failed) {
+void LiveEngine::begin_stop(bool failed) {
   // What the run is judged by ends here; the ramp-down is not part of it.
-  status = counters();
+  status_ = counters();
   dispatcher_->stop(failed);
-  add_latencies(status, true);
+  add_latencies(status_, true);
 }
 
-void LiveRun::Engine::begin_ready() {
+void LiveEngine::begin_ready() {
   if (ended_) return;
   while (const auto request = dispatcher_->next_request()) {
     begun_[request->node] = *request;
@@ -176,11 +187,11 @@ void LiveRun::Engine::begin_ready() {
   }
 }
 
-void LiveRun::Engine::wake(const std::vector<std::size_t>& nodes_to_step) {
+void LiveEngine::wake(const std::vector<std::size_t>& nodes_to_step) {
   for (const std::size_t n : nodes_to_step) caf::anon_send(actors_[n], step_message_);
 }
 
-void LiveRun::Engine::step(std::size_t node) {
+void LiveEngine::step(std::size_t node) {
   Dispatcher::StepRequest request;
   bool measured = true;
   Params tuned;
@@ -198,8 +209,8 @@ void LiveRun::Engine::step(std::size_t node) {
   std::string error;
   const std::int64_t cpu = measured ? thread_cpu_ns() : 0;
   try {
-    for (const auto& params : tuned) plan_.nodes[node].info->tune(nodes[node], params.get());
-    nodes.step(node, context);
+    for (const auto& params : tuned) nodes_.set(node, params.get());
+    nodes_.step(node, context);
   } catch (const std::exception& e) {
     error = e.what();
   }
@@ -208,7 +219,7 @@ void LiveRun::Engine::step(std::size_t node) {
   const std::scoped_lock lock(mutex_);
   // A step that comes back when the run has given it up finds its metrics taken.
   if (timer_ended_) return;
-  if (measured) node_statistics[node].add_cpu(cpu_time);
+  if (measured) node_statistics_[node].add_cpu(cpu_time);
   const Time now = next_instant();
   catch_up(now);
   if (error.empty()) {
@@ -224,7 +235,7 @@ void LiveRun::Engine::step(std::size_t node) {
   wake_others();
 }
 
-void LiveRun::Engine::wake_others() {
+void LiveEngine::wake_others() {
   // Under the lock, where whoever waits for it lends this thread its priority: these may be nodes of a higher lane,
   // whose ticks were due, and without the lock this thread may not be let run for a long time.
   wake(woken_);
@@ -234,7 +245,7 @@ void LiveRun::Engine::wake_others() {
   if (earlier) timer_condition_.notify_one();
 }
 
-bool LiveRun::Engine::feed(std::size_t node, std::optional<Time> valid, const void* value) {
+bool LiveEngine::feed(std::size_t node, std::optional<Time> valid, const void* value) {
   const std::scoped_lock lock(mutex_);
   if (timer_ended_) return true;
   const Time now = next_instant();
@@ -246,39 +257,39 @@ bool LiveRun::Engine::feed(std::size_t node, std::optional<Time> valid, const vo
   return has_room;
 }
 
-Time LiveRun::Engine::tune(std::size_t node, std::shared_ptr<const void> params) {
+void LiveEngine::set(std::size_t node, std::shared_ptr<const void> params, const SetEvent& event) {
   const std::scoped_lock lock(mutex_);
+  if (timer_ended_) return;
   const Time now = next_instant();
-  if (timer_ended_) return now;
   catch_up(now);
   if (!loops_[node]) {
     tuned_[node].push_back(std::move(params));
   } else if (!loops_[node]->tune(std::move(params))) {
     throw RunError("node " + plan_.nodes[node].name + " is given parameters faster than it ticks");
   }
+  dispatcher_->tell_set(now, event);
   wake_others();
-  return now;
 }
 
-bool LiveRun::Engine::is_tuned(std::size_t node) {
+bool LiveEngine::is_set(std::size_t node) {
   const std::scoped_lock lock(mutex_);
   if (loops_[node]) return loops_[node]->is_tuned();
   // A node at rest takes them with its next step, whenever that is.
   return to_tune_[node].empty() && (tuned_[node].empty() || !dispatcher_->busy(node));
 }
 
-void LiveRun::Engine::end_step(std::size_t node, std::int64_t work) {
+void LiveEngine::end_step(std::size_t node, std::int64_t work) {
   const Time until = begun_[node].now + (costs_.empty() ? Duration{} : costs_[node].next(work));
   if (until <= dispatcher_->now()) return pass(node);
   const auto later = [until](const Held& held) { return held.until > until; };
   held_.insert(std::find_if(held_.begin(), held_.end(), later), {until, node});
 }
 
-void LiveRun::Engine::pass(std::size_t node) {
+void LiveEngine::pass(std::size_t node) {
   dispatcher_->complete(node);
 }
 
-void LiveRun::Engine::release_held() {
+void LiveEngine::release_held() {
   while (!held_.empty() && held_[0].until <= clock()) {
     const std::size_t node = held_[0].node;
     held_.erase(held_.begin());
@@ -289,19 +300,19 @@ void LiveRun::Engine::release_held() {
   }
 }
 
-bool LiveRun::Engine::is_held(std::size_t node) const {
+bool LiveEngine::is_held(std::size_t node) const {
   return std::any_of(held_.begin(), held_.end(), [node](const Held& held) { return held.node == node; });
 }
 
-void LiveRun::Engine::fail(const std::string& why) {
-  if (!failure) failure = why;
+void LiveEngine::fail(const std::string& why) {
+  if (!failure_) failure_ = why;
   // At once, and not when the calling thread next looks: a disk or a terminal may hold that up.
   if (dispatcher_->phase() != Phase::stopping) begin_stop(true);
 }
 
 // The timer thread: keeps the time for ticks, and carries out what the loops send.
 
-void LiveRun::Engine::keep_time() {
+void LiveEngine::keep_time() {
   granted(apply_thread_settings(timer_settings, "timer"));
   Time next_watch;
   mutex_.lock();
@@ -310,7 +321,7 @@ void LiveRun::Engine::keep_time() {
     release_held();
     const Time now = next_instant();
     catch_up(now);
-    if (dispatcher_->phase() != Phase::stopping && stop_asked()) begin_stop(false);
+    if (dispatcher_->phase() != Phase::stopping && stop_asked_()) begin_stop(false);
     if (now >= next_watch) {
       // Here, because a step that spins in the pool may keep the calling thread from running.
       look_for_stalls();
@@ -333,14 +344,14 @@ void LiveRun::Engine::keep_time() {
   mutex_.unlock();
 }
 
-void LiveRun::Engine::drain_loops() {
+void LiveEngine::drain_loops() {
   for (const auto& loop : loops_) {
     if (!loop) continue;
     while (loop->take_tick()) publish_tick(*loop);
   }
 }
 
-void LiveRun::Engine::publish_tick(RealtimeLane& loop) {
+void LiveEngine::publish_tick(RealtimeLane& loop) {
   // All that a tick sent becomes visible at one instant, so that a replay knows what came before it and what after.
   const Time now = next_instant();
   catch_up(now);
@@ -350,7 +361,7 @@ void LiveRun::Engine::publish_tick(RealtimeLane& loop) {
   begin_ready();
 }
 
-Time LiveRun::Engine::next_look(Time now) const {
+Time LiveEngine::next_look(Time now) const {
   Time look = now + watch_period;
   for (const auto& loop : loops_) {
     if (!loop) continue;
@@ -362,70 +373,6 @@ Time LiveRun::Engine::next_look(Time now) const {
     look = std::min(look, awaited ? std::min(now + look_again, next_tick) : next_tick + look_after);
   }
   return look;
-}
-
-// The interface.
-
-LiveRun::LiveRun(const Plan& plan) : engine_(std::make_unique<Engine>(plan)) {}
-LiveRun::~LiveRun() = default;
-
-void LiveRun::stop_when(std::function<bool()> asked) {
-  engine_->stop_asked = std::move(asked);
-}
-void LiveRun::add_tap(std::size_t node, std::size_t output, Tap& tap) {
-  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_tap(node, output, tap); });
-}
-void LiveRun::add_step_tap(Tap& tap) {
-  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_step_tap(tap); });
-}
-void LiveRun::remove_tap(const Tap& tap) {
-  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.remove_tap(tap); });
-}
-void LiveRun::start() {
-  engine_->start();
-}
-bool LiveRun::is_running() {
-  return engine_->is_running();
-}
-void LiveRun::stop(const std::string& why) {
-  engine_->stop(why);
-}
-void LiveRun::add_tick_tap(Tap& tap) {
-  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_tick_tap(tap); });
-}
-void LiveRun::add_stop_tap(Tap& tap) {
-  engine_->with_dispatcher([&](Dispatcher& dispatcher) { dispatcher.add_stop_tap(tap); });
-}
-bool LiveRun::feed(std::size_t node, std::optional<Time> valid, const void* value) {
-  return engine_->feed(node, valid, value);
-}
-Time LiveRun::tune(std::size_t node, std::shared_ptr<const void> params) {
-  return engine_->tune(node, std::move(params));
-}
-
-bool LiveRun::is_tuned(std::size_t node) {
-  return engine_->is_tuned(node);
-}
-LiveStatus LiveRun::look() {
-  return engine_->look();
-}
-void LiveRun::finish(const std::function<void()>& while_waiting) {
-  engine_->finish(while_waiting);
-}
-const std::optional<std::string>& LiveRun::failure() const {
-  return engine_->failure;
-}
-bool LiveRun::is_abandoned() const {
-  return engine_->abandoned;
-}
-PlanNodes& LiveRun::nodes() {
-  return engine_->nodes;
-}
-const LiveStatus& LiveRun::status() const {
-  return engine_->status;
-}
-const NodeStatistics& LiveRun::node_statistics(std::size_t node) const {
-  return engine_->node_statistics[node];
 }
 
 }  // namespace tactor

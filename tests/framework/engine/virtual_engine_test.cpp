@@ -1,5 +1,5 @@
 // The semantics of the virtual clock on plans small enough to work out by hand.
-#include "framework/engine/virtual_clock.hpp"
+#include "framework/engine/virtual_engine.hpp"
 
 #include <algorithm>
 #include <boost/test/unit_test.hpp>
@@ -8,7 +8,7 @@
 #include "tests/framework/engine/engine_log.hpp"
 #include "tests/framework/engine/sample_nodes.hpp"
 
-BOOST_AUTO_TEST_SUITE(virtual_clock_test)
+BOOST_AUTO_TEST_SUITE(virtual_engine_test)
 
 using namespace tactor;
 using namespace tactor::sample;
@@ -45,7 +45,7 @@ class Asker final : public Node {
   std::vector<double> answers;
 };
 
-const Keep& kept(VirtualClock& engine) {
+const Keep& kept(VirtualEngine& engine) {
   return dynamic_cast<const Keep&>(engine.nodes()[2]);
 }
 
@@ -53,7 +53,7 @@ const Keep& kept(VirtualClock& engine) {
 
 BOOST_AUTO_TEST_CASE(without_costs_a_message_passes_the_whole_chain_in_one_instant) {
   const SamplePlan sample({}, 0.005);
-  VirtualClock engine(sample.plan, false);
+  VirtualEngine engine(sample.plan);
   engine.run();
   const auto& entries = kept(engine).kept;
   BOOST_REQUIRE(entries.size() == 5U);
@@ -69,7 +69,7 @@ BOOST_AUTO_TEST_CASE(without_costs_a_message_passes_the_whole_chain_in_one_insta
 BOOST_AUTO_TEST_CASE(a_result_becomes_visible_after_its_cost_and_a_busy_node_runs_freely_on_the_latest) {
   // Counter at 0, 1, 2, ... ms; the relay takes 2.5 ms: it starts at 0, 2.5, 5, ... on the newest count there is.
   const SamplePlan sample(constant(5 * ms / 2), 0.011);
-  VirtualClock engine(sample.plan, false);
+  VirtualEngine engine(sample.plan);
   engine.run();
   const auto& entries = kept(engine).kept;
   const double newest[] = {0, 2, 5, 7};
@@ -87,7 +87,7 @@ BOOST_AUTO_TEST_CASE(a_result_becomes_visible_after_its_cost_and_a_busy_node_run
 BOOST_AUTO_TEST_CASE(a_queue_keeps_order_and_drops_what_its_policy_says) {
   for (const QueuePolicy policy : {QueuePolicy::drop_oldest, QueuePolicy::drop_newest}) {
     const SamplePlan sample(constant(5 * ms / 2), 0.011, {policy, 2});
-    VirtualClock engine(sample.plan, false);
+    VirtualEngine engine(sample.plan);
     engine.run();
     std::vector<double> values;
     for (const auto& e : kept(engine).kept) values.push_back(e.value);
@@ -101,7 +101,7 @@ BOOST_AUTO_TEST_CASE(a_queue_keeps_order_and_drops_what_its_policy_says) {
 
 BOOST_AUTO_TEST_CASE(a_blocking_queue_loses_nothing_and_makes_its_writer_miss_ticks) {
   const SamplePlan sample(constant(5 * ms / 2), 0.050, {QueuePolicy::block, 2});
-  VirtualClock engine(sample.plan, false);
+  VirtualEngine engine(sample.plan);
   engine.run();
   const auto& entries = kept(engine).kept;
   BOOST_REQUIRE(entries.size() > 10U);
@@ -113,7 +113,7 @@ BOOST_AUTO_TEST_CASE(a_blocking_queue_loses_nothing_and_makes_its_writer_miss_ti
 BOOST_AUTO_TEST_CASE(a_node_whose_cost_is_its_period_misses_no_tick) {
   SamplePlan sample({}, 0.010);
   sample.plan.nodes[0].cost = constant(ms);
-  VirtualClock engine(sample.plan, false);
+  VirtualEngine engine(sample.plan);
   engine.run();
   BOOST_TEST(engine.node_statistics(0).missed_ticks == 0U);
   BOOST_TEST(engine.node_statistics(0).steps == 10U);
@@ -134,7 +134,7 @@ BOOST_AUTO_TEST_CASE(a_node_that_is_triggered_while_busy_sees_the_answer_to_what
   answer.input = 1;
   answer.triggers = false;
   sample.plan.edges.push_back(answer);
-  VirtualClock engine(sample.plan, false);
+  VirtualEngine engine(sample.plan);
   engine.run();
   const std::vector<double>& answers = dynamic_cast<const Asker&>(engine.nodes()[1]).answers;
   BOOST_REQUIRE(answers.size() > 10U);
@@ -151,7 +151,7 @@ BOOST_AUTO_TEST_CASE(nodes_that_share_a_thread_take_turns) {
   edge.spec.to_node = "other";
   edge.to = 3;
   sample.plan.edges.push_back(edge);
-  VirtualClock engine(sample.plan, false);
+  VirtualEngine engine(sample.plan);
   engine.run();
   for (const std::size_t node : {1U, 3U}) {
     const auto& times = dynamic_cast<const Relay&>(engine.nodes()[node]).step_times;
@@ -165,7 +165,7 @@ BOOST_AUTO_TEST_CASE(nodes_that_share_a_thread_take_turns) {
 BOOST_AUTO_TEST_CASE(an_edge_delay_adds_to_the_cost) {
   SamplePlan sample(constant(ms / 2), 0.010);
   sample.plan.edges[1].spec.delay = {3 * ms};
-  VirtualClock engine(sample.plan, false);
+  VirtualEngine engine(sample.plan);
   engine.run();
   const auto& entries = kept(engine).kept;
   BOOST_REQUIRE(entries.size() == 7U);
@@ -179,8 +179,8 @@ BOOST_AUTO_TEST_CASE(costs_follow_their_models) {
   per_item.base = {ms};
   per_item.each = {ms / 4};
   const SamplePlan sample(per_item, 0.004);
-  VirtualClock engine(sample.plan, false);
-  EngineLog log(engine.dispatcher(), sample.plan, true);
+  VirtualEngine engine(sample.plan);
+  EngineLog log(engine, sample.plan);
   engine.run();
   BOOST_TEST(log.text().find("1@0+1500000\n") != std::string::npos);
 
@@ -188,8 +188,8 @@ BOOST_AUTO_TEST_CASE(costs_follow_their_models) {
   trace.kind = CostModel::Kind::trace;
   trace.trace = {{ms}, {2 * ms}, {3 * ms}};
   const SamplePlan traced_sample(trace, 0.013);
-  VirtualClock second(traced_sample.plan, false);
-  EngineLog traced(second.dispatcher(), traced_sample.plan, true);
+  VirtualEngine second(traced_sample.plan);
+  EngineLog traced(second, traced_sample.plan);
   second.run();
   for (const char* step : {"1@0+1000000\n", "1@1000000+2000000\n", "1@3000000+3000000\n", "1@6000000+1000000\n"}) {
     BOOST_TEST(traced.text().find(step) != std::string::npos);
@@ -202,7 +202,7 @@ BOOST_AUTO_TEST_CASE(jitter_has_the_stated_spread_and_is_the_seeds_alone) {
   const auto times = [&](std::uint64_t seed) {
     SamplePlan sample(cost, 20.0);
     sample.plan.graph.seed = seed;
-    VirtualClock engine(sample.plan, false);
+    VirtualEngine engine(sample.plan);
     engine.run();
     std::vector<double> result;
     for (const auto& e : kept(engine).kept) result.push_back(e.now.seconds());
@@ -227,8 +227,8 @@ BOOST_AUTO_TEST_CASE(the_same_plan_gives_the_same_sequence_of_steps) {
   std::string first;
   for (int i = 0; i < 3; ++i) {
     const SamplePlan sample(cost, 2.0);
-    VirtualClock engine(sample.plan, i == 1);
-    EngineLog log(engine.dispatcher(), sample.plan, true);
+    VirtualEngine engine(sample.plan, {.measure_cpu = i == 1});
+    EngineLog log(engine, sample.plan);
     engine.run();
     if (first.empty()) first = log.text();
     BOOST_TEST((first == log.text()));
@@ -261,7 +261,7 @@ BOOST_AUTO_TEST_CASE(a_node_that_throws_ends_the_run_with_its_name_and_the_time)
   Plan plan;
   plan.graph.duration = Duration::from_seconds(1);
   plan.nodes = {{"wire", &info, {100.0}, {}, {}, {}}};
-  VirtualClock engine(plan, false);
+  VirtualEngine engine(plan);
   BOOST_CHECK_EXCEPTION(engine.run(), RunError, [](const RunError& error) {
     return std::string(error.what()).find("node wire failed at 0.01") == 0 &&
            std::string(error.what()).find("the wire came off") != std::string::npos;
@@ -272,11 +272,11 @@ BOOST_AUTO_TEST_CASE(a_run_that_is_advanced_in_pieces_is_the_same_run) {
   CostModel cost = constant(3 * ms);
   cost.jitter = 0.3;
   const SamplePlan sample(cost, 1.0);
-  VirtualClock whole(sample.plan, false);
-  EngineLog all(whole.dispatcher(), sample.plan, true);
+  VirtualEngine whole(sample.plan);
+  EngineLog all(whole, sample.plan);
   whole.run();
-  VirtualClock cut(sample.plan, false);
-  EngineLog pieces(cut.dispatcher(), sample.plan, true);
+  VirtualEngine cut(sample.plan);
+  EngineLog pieces(cut, sample.plan);
   cut.start();
   // Pieces of all sizes, most of which end at no event, some at ticks, some of no length.
   for (std::int64_t i = 0; cut.now().seconds() < 1; ++i) {
@@ -290,7 +290,7 @@ BOOST_AUTO_TEST_CASE(a_run_that_is_advanced_in_pieces_is_the_same_run) {
 
 BOOST_AUTO_TEST_CASE(a_tap_tells_from_when_it_is_added_until_it_is_taken_away) {
   const SamplePlan sample({}, 1.0);
-  VirtualClock engine(sample.plan, false);
+  VirtualEngine engine(sample.plan);
   engine.start();
   engine.advance_to(Time{100 * ms});
   Tap tap(message_type<Wrench>(), {QueuePolicy::drop_oldest, 100});

@@ -1,0 +1,161 @@
+#include "framework/engine/virtual_engine.hpp"
+
+#include <algorithm>
+#include <ctime>
+#include <utility>
+
+#include "framework/realtime/monotonic_clock.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// A slice of a paced run.
+constexpr Duration paced_period{2'000'000};
+/// Requests of nodes are done at multiples of it, so that they are the same for any division into advances.
+constexpr Duration request_period{1'000'000};
+
+std::vector<CostModel> costs_of(const Plan& plan) {
+  std::vector<CostModel> costs;
+  for (const NodeSpec& spec : plan.nodes) costs.push_back(spec.cost);
+  return costs;
+}
+
+bool has_requests(const Plan& plan) {
+  return std::any_of(plan.nodes.begin(), plan.nodes.end(), [](const NodeSpec& spec) { return bool{spec.info->sets}; });
+}
+
+}  // namespace
+
+std::int64_t thread_cpu_ns() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+}
+
+VirtualEngine::VirtualEngine(const Plan& plan, const EngineOptions& options)
+    : VirtualEngine(plan, options, costs_of(plan), {}, nullptr) {}
+
+VirtualEngine::VirtualEngine(const Plan& plan, const EngineOptions& options, const std::vector<CostModel>& costs,
+                             std::vector<bool> external, ExternalInputs* lanes)
+    : plan_(plan),
+      options_(options),
+      // A log tells what was set when its run is made again.
+      serves_(lanes == nullptr && has_requests(plan)),
+      nodes_(plan, options.meter),
+      dispatcher_(nodes_, std::move(external), lanes),
+      node_statistics_(plan.nodes.size()),
+      step_times_(plan.nodes.size()) {
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    costs_.emplace_back(costs[n], plan.graph.seed, plan.nodes[n].name);
+  }
+}
+
+bool VirtualEngine::feed(std::size_t node, std::optional<Time> valid, const void* value) {
+  if (dispatcher_.is_blocked(node)) return false;
+  dispatcher_.publish(node, 0, valid.value_or(now()), value);
+  return true;
+}
+
+void VirtualEngine::set(std::size_t node, std::shared_ptr<const void> params, const SetEvent& event) {
+  nodes_.set(node, params.get());
+  dispatcher_.tell_set(now(), event);
+}
+
+void VirtualEngine::advance(Duration duration, const Attendance& attendance) {
+  const Time from = now(), until = std::min(from + duration, end());
+  const Instant begun = MonotonicClock::now();
+  try {
+    while (now() < until && !stopped_) {
+      advance_and_serve(options_.pace > 0 ? std::min(now() + paced_period, until) : until, attendance);
+      if (stop_asked_()) stopped_ = true;
+      if (options_.pace == 0) continue;
+      attendance.read();
+      MonotonicClock::sleep_until(begun + Duration::from_seconds((now() - from).seconds() / options_.pace));
+    }
+  } catch (const std::exception&) {
+    // What was sent before the failure still gets to its readers.
+    try {
+      attendance.read();
+    } catch (const std::exception&) {
+      // The first failure is the one that is told.
+    }
+    throw;
+  }
+  attendance.read();
+}
+
+void VirtualEngine::advance_and_serve(Time t, const Attendance& attendance) {
+  while (serves_ && now() < t && !stopped_) {
+    const Time next{(now().ns / request_period.ns + 1) * request_period.ns};
+    advance_to(std::min(t, next));
+    if (now() == next) attendance.serve();
+  }
+  if (!stopped_) advance_to(t);
+}
+
+void VirtualEngine::advance_to(Time t) {
+  TACTOR_DEMAND(t >= now());
+  while (now() < t) {
+    // What was sent at this instant, by a start or from outside, may have made nodes ready before any event.
+    dispatcher_.handle_due();
+    if (const auto request = dispatcher_.next_request()) {
+      step(*request);
+      continue;
+    }
+    const std::optional<Time> next = dispatcher_.next_event();
+    dispatcher_.move_to(next ? std::min(*next, t) : t);
+  }
+}
+
+void VirtualEngine::step(const Dispatcher::StepRequest& request) {
+  StepContext context(request.now, request.phase);
+  const std::int64_t cpu_begin = options_.measure_cpu ? thread_cpu_ns() : 0;
+  nodes_.step(request.node, context);
+  if (options_.measure_cpu) {
+    const Duration taken{thread_cpu_ns() - cpu_begin};
+    node_statistics_[request.node].add_cpu(taken);
+    if (options_.keeps_step_times) step_times_[request.node].push_back(taken);
+  }
+  const Duration cost = costs_[request.node].next(context.work());
+  if (cost.ns > 0) {
+    dispatcher_.complete_at(request.node, request.now + cost);
+  } else {
+    dispatcher_.complete(request.node);
+  }
+}
+
+void VirtualEngine::stop(const std::string& why) {
+  if (!why.empty() && !failure_) failure_ = why;
+  stopped_ = true;
+}
+
+void VirtualEngine::finish(const Attendance& attendance) {
+  stopped_ = true;
+  attendance.read();
+}
+
+EngineStatus VirtualEngine::status() {
+  EngineStatus status;
+  status.now = now();
+  status.phase = dispatcher_.phase();
+  if (status.phase == Phase::starting) status.waiting_for = dispatcher_.waiting_for();
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    status.nodes.push_back({dispatcher_.steps(n), dispatcher_.missed_ticks(n), false});
+  }
+  for (std::size_t e = 0; e < plan_.edges.size(); ++e) status.edges.push_back({dispatcher_.edge_statistics(e), {}});
+  return status;
+}
+
+NodeStatistics VirtualEngine::node_statistics(std::size_t node) const {
+  NodeStatistics statistics = node_statistics_[node];
+  statistics.steps = dispatcher_.steps(node);
+  statistics.missed_ticks = dispatcher_.missed_ticks(node);
+  return statistics;
+}
+
+Duration VirtualEngine::cpu_time() const {
+  return Duration{thread_cpu_ns()};
+}
+
+}  // namespace tactor
