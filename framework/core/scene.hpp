@@ -26,6 +26,7 @@ struct Material {
   double damping = 2;        ///< N s/m for one contact patch
   double friction = 0.3;     ///< Coulomb coefficient
   double patch_area = 1e-4;  ///< m^2, the area of one contact patch when a mesh touches a mesh
+  bool operator==(const Material&) const = default;
 };
 
 /// A closed triangle mesh read from a file.

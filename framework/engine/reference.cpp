@@ -10,6 +10,8 @@
 
 #include "framework/core/check.hpp"
 #include "framework/engine/virtual_engine.hpp"
+#include "framework/fields/write_fields.hpp"
+#include "framework/graph/scene_fields.hpp"
 
 namespace tactor {
 
@@ -58,54 +60,13 @@ class KeyText {
   std::string text_;
 };
 
-void add_shape(KeyText& text, const Shape& shape) {
-  text.add(static_cast<std::int64_t>(shape.index()));
-  if (const auto* mesh = std::get_if<MeshShape>(&shape)) {
-    text.add_file(mesh->file);
-    text.add(mesh->scale.value_or(1.0));
-  } else if (const auto* sphere = std::get_if<SphereShape>(&shape)) {
-    text.add(sphere->radius);
-  } else if (const auto* capsule = std::get_if<CapsuleShape>(&shape)) {
-    text.add(capsule->radius);
-    text.add(capsule->length);
-  } else if (const auto* box = std::get_if<BoxShape>(&shape)) {
-    text.add(box->size);
+/// The scene as it is written, with the content of its meshes in the place of their paths. The camera draws only.
+void add_scene(KeyText& text, Scene scene) {
+  scene.camera = {};
+  for (Body& body : scene.bodies) {
+    if (auto* mesh = std::get_if<MeshShape>(&body.shape)) mesh->file = file_key(mesh->file);
   }
-}
-
-// Names all members, so that none that is added to the struct is forgotten here.
-void add_deformable(KeyText& text, const Deformable& body) {
-  const auto& [young, poisson, density, damping, drag, tetrahedra, cell_size, fixed, inclusions] = body;
-  for (const double d : {young, poisson, density, damping, drag, cell_size}) text.add(d);
-  text.add(std::int64_t{tetrahedra});
-  text.add(static_cast<std::int64_t>(fixed.size()));
-  for (const FixedRegion& region : fixed) {
-    text.add(static_cast<std::int64_t>(region.index()));
-    if (const auto* box = std::get_if<BoxRegion>(&region)) text.add(box->low), text.add(box->high);
-    if (const auto* half = std::get_if<HalfSpaceRegion>(&region)) text.add(half->p), text.add(half->n);
-    if (const auto* faces = std::get_if<NamedFaces>(&region)) text.add(faces->name);
-  }
-  text.add(static_cast<std::int64_t>(inclusions.size()));
-  for (const auto& [p, radius, stiff] : inclusions) text.add(p), text.add(radius), text.add(stiff);
-}
-
-void add_scene(KeyText& text, const Scene& scene) {
-  text.add(scene.gravity_W);
-  text.add(scene.tool_name);
-  for (const Body& body : scene.bodies) {
-    text.add(body.name);
-    add_shape(text, body.shape);
-    text.add(body.X_WB.p);
-    for (const double q : {body.X_WB.R.w, body.X_WB.R.x, body.X_WB.R.y, body.X_WB.R.z}) text.add(q);
-    text.add(static_cast<std::int64_t>(body.motion));
-    text.add(body.mass);
-    if (body.inertia) text.add(*body.inertia);
-    for (const double m :
-         {body.material.stiffness, body.material.damping, body.material.friction, body.material.patch_area}) {
-      text.add(m);
-    }
-    if (body.motion == Motion::deformable) add_deformable(text, body.deformable);
-  }
+  text.add(FieldWriter::text(scene));
 }
 
 /// Keeps what arrives at one reference input.

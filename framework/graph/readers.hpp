@@ -34,7 +34,7 @@ void read_shared_parameters(GraphSpec& graph, const Tree& tree, const FileFinder
 void check_realtime_edges(const GraphSpec& graph, Diagnostics& diagnostics);
 
 /// `live`.
-LiveSettings read_live(const Tree& tree, Diagnostics& diagnostics);
+LiveSettings read_live(const Tree& tree, const FileFinder& files, Diagnostics& diagnostics);
 
 /// `edges`; ends at nodes of `broken` (whose own errors are told already) are not looked at further.
 std::vector<EdgeSpec> read_edges(const Tree& tree, const std::vector<NodeSpec>& nodes,

@@ -1,9 +1,12 @@
+#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
 
 #include "framework/graph/format.hpp"
+#include "framework/graph/live_fields.hpp"
 #include "framework/graph/plan.hpp"
+#include "framework/graph/scene_fields.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/spec.hpp"
 #include "framework/graph/values.hpp"
@@ -125,92 +128,130 @@ Json whole_number(int min, int max) {
   return {{"type", "integer"}, {"minimum", min}, {"maximum", max}};
 }
 
-/// What only deformable bodies have.
-void add_deformable(Json& properties) {
-  const Deformable usual;
-  Json region = closed(
-      {{"box", said("the nodes in a box along the axes", closed({{"low", said("one corner", list(number("m"), 3))},
-                                                                 {"high", said("the other", list(number("m"), 3))}}))},
-       {"behind", said("the nodes on a plane and behind it",
-                       closed({{"p", said("a point of the plane", list(number("m"), 3))},
-                               {"n", said("its normal, of any length; behind is against it", list(number("1"), 3))}}))},
-       {"faces", said("the nodes of the faces that a file of tetrahedra names so", {{"type", "string"}})}});
-  region["minProperties"] = 1;
-  region["maxProperties"] = 1;
-  Json inclusion = closed({{"p", said("centre, in the frame of the body", list(number("m"), 3))},
-                           {"radius", said("radius of the ball", above_zero("m"))},
-                           {"young", said("Young's modulus inside", above_zero("Pa"))}});
-  inclusion["required"] = {"p", "radius", "young"};
-  properties["young"] = said("Young's modulus of a deformable body", above_zero("Pa"), usual.young);
-  properties["poisson"] = said("Poisson's ratio of a deformable body", number("1", 0, 0.495, false), usual.poisson);
-  properties["density"] = said("mass per volume of a deformable body", above_zero("kg/m^3"), usual.density);
-  properties["damping"] =
-      said("stress per rate of strain, over the stiffness (Rayleigh's beta)", not_negative("s"), usual.damping);
-  properties["drag"] = said("force per velocity, over the mass (Rayleigh's alpha)", not_negative("1/s"), usual.drag);
-  properties["tetrahedra"] = said("about so many fill the shape; a file of tetrahedra has its own",
-                                  whole_number(6, 2'000'000), usual.tetrahedra);
-  properties["cell_size"] = said("length of the edges of tetrahedra, in place of `tetrahedra`", above_zero("m"));
-  properties["fixed"] = said("what of a deformable body does not move, in its frame: a region or a list of them",
-                             {{"anyOf", {region, {{"type", "array"}, {"items", region}}}}});
-  properties["inclusions"] = said("balls of another stiffness in a deformable body, by name",
-                                  {{"type", "object"}, {"additionalProperties", or_nothing(inclusion)}});
-}
+/// The JSON Schema of described structs; a visitor.
+class FieldSchema {
+ public:
+  /// `with_nothing`: a file that extends another takes a value out of it by ~.
+  explicit FieldSchema(bool with_nothing = false) : with_nothing_(with_nothing) {}
 
-Json pose_schema() {
-  return closed({{"p", said("position", list(number("m"), 3), {0, 0, 0})},
-                 {"rpy", said("roll, pitch and yaw about the fixed x, y and z", list(number("rad"), 3), {0, 0, 0})},
-                 {"quaternion", said("unit quaternion w, x, y, z, in place of `rpy`", list({{"type", "number"}}, 4))}});
-}
+  template <class T>
+  void field(const char* name, const T& member, const FieldRule& rule) {
+    add(name, said(std::string(rule.doc), value(member, rule), usual(member, rule)));
+    if (rule.required) required_.push_back(name);
+  }
+  template <class E>
+  void choice(const char* name, E member, const std::vector<std::string>& words, const FieldRule& rule) {
+    add(name, said(std::string(rule.doc), {{"enum", words}}, words[static_cast<std::size_t>(member)]));
+  }
+  template <class Inner>
+  void map(const char* name, const FieldRule& rule, const Inner& inner) {
+    FieldSchema schema;
+    inner(schema);
+    add(name, said(std::string(rule.doc), schema.json()));
+  }
+  template <class Variant, class... Alternatives>
+  void one_of(const Variant& /*member*/, const Alternatives&... alternatives) {
+    (add(alternatives.name, said(std::string(alternatives.rule.doc), value_of(alternatives))), ...);
+    alternatives_ = sizeof...(alternatives);
+  }
+  template <class T>
+  void list_or_one(const char* name, const std::vector<T>& /*member*/, const FieldRule& rule) {
+    const Json one = of<T>();
+    add(name, said(std::string(rule.doc), {{"anyOf", {one, list(one, 0)}}}));
+  }
+  template <class T>
+  void by_name(const char* name, const std::vector<T>& /*member*/, const FieldRule& rule) {
+    // A file that extends another takes a named value out of it by ~, and the keys of a body too.
+    constexpr bool named = requires(T one) {
+      one.name;
+    };
+    Json one = of<T>(named);
+    if (named) {
+      one["type"] = {"object", "null"};
+    } else {
+      one = or_nothing(std::move(one));
+    }
+    add(name, said(std::string(rule.doc), {{"type", "object"}, {"additionalProperties", std::move(one)}}));
+  }
+  template <class Inner>
+  void only(bool /*applies*/, std::string_view /*otherwise*/, const Inner& inner) {
+    inner();
+  }
 
-Json material_schema() {
-  const Material usual;
-  return closed({{"stiffness", said("of one contact patch", above_zero("N/m"), usual.stiffness)},
-                 {"damping", said("of one contact patch", not_negative("N s/m"), usual.damping)},
-                 {"friction", said("Coulomb coefficient", not_negative("1"), usual.friction)},
-                 {"patch_area", said("the area that a contact patch stands for where a mesh touches a mesh",
-                                     above_zero("m^2"), usual.patch_area)}});
-}
+  [[nodiscard]] Json json() const {
+    Json schema = closed(properties_);
+    if (!required_.empty()) schema["required"] = required_;
+    // Nothing but the alternatives of a variant: one of them.
+    if (alternatives_ > 0 && alternatives_ == properties_.size()) schema["minProperties"] = schema["maxProperties"] = 1;
+    return schema;
+  }
+  template <Described T>
+  static Json of(bool with_nothing = false) {
+    FieldSchema schema(with_nothing);
+    T value;
+    fields(schema, value);
+    return schema.json();
+  }
 
-Json body_schema() {
-  Json sphere = closed({{"radius", said("radius", above_zero("m"))}});
-  sphere["required"] = {"radius"};
-  Json capsule = closed({{"radius", said("radius", above_zero("m"))},
-                         {"length", said("length of the segment, without the caps", above_zero("m"))}});
-  capsule["required"] = {"radius", "length"};
-  Json box = closed({{"size", said("whole edges along x, y and z", list(above_zero("m"), 3))}});
-  box["required"] = {"size"};
-  Json body = closed(
-      {{"mesh", said("shape: the file of a closed triangle mesh", {{"type", "string"}})},
-       {"sphere", said("shape: a ball about the body's origin", sphere)},
-       {"capsule", said("shape: all points within `radius` of a segment along z", capsule)},
-       {"box", said("shape: a cuboid about the body's origin", box)},
-       {"plane", said("shape: the half-space z <= 0, written `{}`; it cannot move", closed(Json::object()))},
-       {"scale", said("multiplies the mesh's coordinates to give metres; where it is absent they are in m "
-                      "and the size must be usual",
-                      above_zero("1"))},
-       {"pose", said("the body in the world at the start", pose_schema())},
-       {"motion", said("how it may move", {{"enum", {"static", "translation", "rigid", "deformable"}}}, "static")},
-       {"mass", said("mass of a body that moves as a whole", above_zero("kg"), Body{}.mass)},
-       {"inertia", said("principal moments in the body's frame; absent: by the shape", list(above_zero("kg m^2"), 3))},
-       {"material", said("its surface in contact", material_schema())}});
-  add_deformable(body["properties"]);
-  for (auto& [key, schema] : body["properties"].items()) schema = or_nothing(schema);
-  body["type"] = {"object", "null"};
-  return body;
-}
+ private:
+  void add(const char* name, Json schema) {
+    properties_[name] = with_nothing_ ? or_nothing(std::move(schema)) : schema;
+  }
 
-Json scene_schema() {
-  const Camera usual;
-  const auto numbers = [](const Vec3& v) { return Json{v.x, v.y, v.z}; };
-  const Json camera = closed(
-      {{"from", said("from the middle of the scene towards the camera", list(number("1"), 3), numbers(usual.from_W))},
-       {"up", said("what is up in the picture", list(number("1"), 3), numbers(usual.up_W))}});
-  return closed(
-      {{"gravity", said("in the world frame", list(number("m/s^2"), 3), numbers(Scene{}.gravity_W))},
-       {"camera", said("from where views and pictures look at the scene", camera)},
-       {"tool", said("the moving body that hangs on the device; needed where several move", {{"type", "string"}})},
-       {"bodies", said("the bodies, by name", {{"type", "object"}, {"additionalProperties", body_schema()}})}});
-}
+  static Json of_numbers(const FieldRule& rule) {
+    return number(std::string(rule.unit), rule.min, rule.max, rule.above_min);
+  }
+  static Json value(double /*member*/, const FieldRule& rule) { return of_numbers(rule); }
+  static Json value(Duration /*member*/, const FieldRule& rule) { return of_numbers(rule); }
+  static Json value(int /*member*/, const FieldRule& rule) {
+    return whole_number(static_cast<int>(rule.min), static_cast<int>(rule.max));
+  }
+  static Json value(bool /*member*/, const FieldRule& /*rule*/) { return {{"type", "boolean"}}; }
+  static Json value(const std::string& /*member*/, const FieldRule& /*rule*/) { return {{"type", "string"}}; }
+  static Json value(const std::filesystem::path& /*member*/, const FieldRule& /*rule*/) { return {{"type", "string"}}; }
+  static Json value(const Vec3& /*member*/, const FieldRule& rule) { return list(of_numbers(rule), 3); }
+  template <std::size_t n>
+  static Json value(const std::array<double, n>& /*member*/, const FieldRule& rule) {
+    return list(of_numbers(rule), n);
+  }
+  template <class T>
+  static Json value(const std::optional<T>& /*member*/, const FieldRule& rule) {
+    return value(T{}, rule);
+  }
+  template <class T>
+  requires(has_text<T> || Described<T>) static Json value(const T& /*member*/, const FieldRule& /*rule*/) {
+    return of<TextOf<T>>();
+  }
+  template <class T>
+  static Json value_of(const Alternative<T>& /*alternative*/) {
+    return of<T>();
+  }
+  template <class T, class Member>
+  static Json value_of(const MemberAlternative<T, Member>& alternative) {
+    return value(Member{}, alternative.rule);
+  }
+
+  // A default that its own rule refuses stands for none.
+  static Json usual(double member, const FieldRule& rule) {
+    const bool allowed = !rule.required && member >= rule.min && !(rule.above_min && member == rule.min);
+    return allowed ? Json(member) : Json(nullptr);
+  }
+  static Json usual(int member, const FieldRule& rule) { return member >= rule.min ? Json(member) : Json(nullptr); }
+  static Json usual(bool member, const FieldRule& /*rule*/) { return member; }
+  static Json usual(Duration member, const FieldRule& rule) { return usual(member.seconds(), rule); }
+  static Json usual(const Vec3& member, const FieldRule& rule) {
+    return rule.required ? Json(nullptr) : Json{member.x, member.y, member.z};
+  }
+  template <class T>
+  static Json usual(const T& /*member*/, const FieldRule& /*rule*/) {
+    return nullptr;
+  }
+
+  bool with_nothing_;
+  std::size_t alternatives_ = 0;
+  Json properties_ = Json::object();
+  Json required_ = Json::array();
+};
 
 Json cost_schema() {
   const Json jitter =
@@ -229,25 +270,6 @@ Json cost_schema() {
       {{"trace", said("a file of durations in s, one a line, from the start again at its end", {{"type", "string"}})}});
   return said("the time that a step takes under the virtual clock",
               {{"anyOf", {{{"const", "none"}}, constant, per_contact, trace}}}, "none");
-}
-
-Json live_schema() {
-  const LiveSettings usual;
-  const Json pool =
-      closed({{"workers", said("threads of the pool; absent: the run chooses", whole_number(1, max_pool_workers))},
-              {"policy", said("as of nodes", {{"enum", policy_words}}, "fifo")},
-              {"priority", said("as of nodes; below the devices, above the threads",
-                                whole_number(lowest_priority, highest_priority), 50)},
-              {"cpu", said("the core of its threads; absent: any", whole_number(0, highest_cpu))}});
-  return closed(
-      {{"on_missing_privilege",
-        said("where `fifo` or locked memory is refused", {{"enum", on_missing_privilege_words}}, "warn")},
-       {"on_stall",
-        said("where a step does not come back: `stop` ends the run, `recover` keeps the force at zero until it does",
-             {{"enum", on_stall_words}}, "stop")},
-       {"stall_timeout", said("a step that takes longer has stalled", above_zero("s"), usual.stall_timeout.seconds())},
-       {"impose_cost", said("a step takes at least its declared cost", {{"type", "boolean"}}, false)},
-       {"pool", said("the threads of all light nodes", pool)}});
 }
 
 // Only types that are made for it may be in the realtime lane.
@@ -360,8 +382,8 @@ std::string graph_schema(Registry& registry) {
        {"seed", said("every random stream derives from it", {{"type", "integer"}, {"minimum", 0}}, GraphSpec{}.seed)},
        {"rate",
         said("how often the haptic loop runs", number("Hz", lowest_rate, highest_rate, false), default_haptic_rate)},
-       {"live", said("what a run with `clock: real` asks of the system", live_schema())},
-       {"scene", said("the bodies that nodes act on", scene_schema())},
+       {"live", said("what a run with `clock: real` asks of the system", FieldSchema::of<LiveSettings>())},
+       {"scene", said("the bodies that nodes act on", FieldSchema::of<Scene>())},
        {"nodes", said("the nodes, by name; beside these keys each has the parameters of its type",
                       {{"type", "object"}, {"additionalProperties", node}})},
        {"edges", said("`from.output -> to.input`, with a queue or a delay behind `:` where needed", edges_schema())},

@@ -303,7 +303,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
   if (const Tree* seed = tree->value("seed")) {
     spec.seed = read_seed(*seed, "seed", diagnostics).value_or(spec.seed);
   }
-  if (const Tree* live = tree->value("live")) spec.live = read_live(*live, diagnostics);
+  if (const Tree* live = tree->value("live")) spec.live = read_live(*live, files, diagnostics);
   if (const Tree* scene = tree->value("scene")) spec.scene = read_scene(*scene, files, diagnostics);
   std::set<std::string> broken;
   if (const Tree* nodes = tree->value("nodes")) {

@@ -1,8 +1,9 @@
 #include <algorithm>
-#include <array>
-#include <cstdio>
 
+#include "framework/fields/write_fields.hpp"
 #include "framework/graph/format.hpp"
+#include "framework/graph/live_fields.hpp"
+#include "framework/graph/scene_fields.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/spec.hpp"
 #include "framework/graph/texts.hpp"
@@ -12,35 +13,6 @@ namespace tactor {
 
 namespace {
 
-// A double-quoted scalar, in which every text can be written.
-std::string quote(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    if (c == '"' || c == '\\') {
-      result += '\\';
-      result += c;
-    } else if (byte < 0x20 || byte == 0x7f) {
-      std::array<char, 8> escape{};
-      std::snprintf(escape.data(), escape.size(), "\\x%02x", static_cast<unsigned>(byte));
-      result += escape.data();
-    } else {
-      result += c;
-    }
-  }
-  return result + "\"";
-}
-
-std::string list(const std::vector<double>& values) {
-  std::string text = "[";
-  for (std::size_t i = 0; i < values.size(); ++i) text += (i == 0 ? "" : ", ") + number_text(values[i]);
-  return text + "]";
-}
-
-std::string list(const Vec3& v) {
-  return list(std::vector<double>{v.x, v.y, v.z});
-}
-
 std::string seconds(Duration duration) {
   return number_text(duration.seconds());
 }
@@ -49,28 +21,28 @@ struct WriteValue {
   std::string operator()(bool value) const { return value ? "true" : "false"; }
   std::string operator()(std::int64_t value) const { return std::to_string(value); }
   std::string operator()(double value) const { return number_text(value); }
-  std::string operator()(const std::string& value) const { return quote(value); }
-  std::string operator()(const std::vector<double>& values) const { return list(values); }
+  std::string operator()(const std::string& value) const { return yaml_quoted(value); }
+  std::string operator()(const std::vector<double>& values) const { return yaml_list(values); }
   std::string operator()(const Table& table) const {
     if (table.rows() == 0) return "[]";
     std::string text;
     for (std::size_t r = 0; r < table.rows(); ++r) {
       const auto first = table.values.begin() + static_cast<std::ptrdiff_t>(r * table.columns);
-      text += "\n      - " + list({first, first + static_cast<std::ptrdiff_t>(table.columns)});
+      text += "\n      - " + yaml_list({first, first + static_cast<std::ptrdiff_t>(table.columns)});
     }
     return text;
   }
   std::string operator()(const Mapping& mapping) const {
     if (mapping.empty()) return "{}";
     std::string text;
-    for (const auto& [key, value] : mapping) text += "\n      " + quote(key) + ": " + quote(value);
+    for (const auto& [key, value] : mapping) text += "\n      " + yaml_quoted(key) + ": " + yaml_quoted(value);
     return text;
   }
 };
 
 std::string write_cost(const CostModel& cost) {
   if (cost.kind == CostModel::Kind::none) return "none";
-  if (cost.kind == CostModel::Kind::trace) return "{trace: " + quote(cost.trace_file.string()) + "}";
+  if (cost.kind == CostModel::Kind::trace) return "{trace: " + yaml_quoted(cost.trace_file.string()) + "}";
   std::string text = cost.kind == CostModel::Kind::constant
                          ? "{constant: " + seconds(cost.base)
                          : "{per_contact: " + seconds(cost.each) + ", base: " + seconds(cost.base);
@@ -79,101 +51,18 @@ std::string write_cost(const CostModel& cost) {
   return text + "}";
 }
 
-std::string motion_word(Motion motion) {
-  switch (motion) {
-    case Motion::fixed:
-      return "static";
-    case Motion::translation:
-      return "translation";
-    case Motion::rigid:
-      return "rigid";
-    case Motion::deformable:
-      break;
-  }
-  return "deformable";
-}
-
-std::string write_region(const FixedRegion& region) {
-  if (const auto* box = std::get_if<BoxRegion>(&region)) {
-    return "{box: {low: " + list(box->low) + ", high: " + list(box->high) + "}}";
-  }
-  if (const auto* half = std::get_if<HalfSpaceRegion>(&region)) {
-    return "{behind: {p: " + list(half->p) + ", n: " + list(half->n) + "}}";
-  }
-  return "{faces: " + quote(std::get<NamedFaces>(region).name) + "}";
-}
-
-template <class Line>
-void write_deformable(const Deformable& d, const Line& line) {
-  line("young", number_text(d.young));
-  line("poisson", number_text(d.poisson));
-  line("density", number_text(d.density));
-  line("damping", number_text(d.damping));
-  line("drag", number_text(d.drag));
-  if (d.cell_size > 0) {
-    line("cell_size", number_text(d.cell_size));
-  } else {
-    line("tetrahedra", std::to_string(d.tetrahedra));
-  }
-  std::string fixed;
-  for (const FixedRegion& region : d.fixed) fixed += (fixed.empty() ? "" : ", ") + write_region(region);
-  if (!fixed.empty()) line("fixed", "[" + fixed + "]");
-  std::string inclusions;
-  for (std::size_t i = 0; i < d.inclusions.size(); ++i) {
-    const Inclusion& one = d.inclusions[i];
-    inclusions += (i == 0 ? "inclusion_" : ", inclusion_") + std::to_string(i + 1) + ": {p: " + list(one.p) +
-                  ", radius: " + number_text(one.radius) + ", young: " + number_text(one.young) + "}";
-  }
-  if (!inclusions.empty()) line("inclusions", "{" + inclusions + "}");
-}
-
-std::string write_body(const Body& body) {
-  std::string text = "    " + body.name + ":\n";
-  const auto line = [&](const std::string& key, const std::string& value) {
-    text += "      " + key + ": " + value + "\n";
-  };
-  std::visit(
-      [&](const auto& shape) {
-        using S = std::decay_t<decltype(shape)>;
-        if constexpr (std::is_same_v<S, MeshShape>) {
-          line("mesh", quote(shape.file.string()));
-          if (shape.scale) line("scale", number_text(*shape.scale));
-        } else if constexpr (std::is_same_v<S, SphereShape>) {
-          line("sphere", "{radius: " + number_text(shape.radius) + "}");
-        } else if constexpr (std::is_same_v<S, CapsuleShape>) {
-          line("capsule", "{radius: " + number_text(shape.radius) + ", length: " + number_text(shape.length) + "}");
-        } else if constexpr (std::is_same_v<S, BoxShape>) {
-          line("box", "{size: " + list(shape.size) + "}");
-        } else {
-          static_assert(std::is_same_v<S, PlaneShape>);
-          line("plane", "{}");
-        }
-      },
-      body.shape);
-  const Quat& R = body.X_WB.R;
-  line("pose", "{p: " + list(body.X_WB.p) + ", quaternion: " + list(std::vector<double>{R.w, R.x, R.y, R.z}) + "}");
-  line("motion", motion_word(body.motion));
-  if (body.motion == Motion::deformable) {
-    write_deformable(body.deformable, line);
-  } else {
-    line("mass", number_text(body.mass));
-  }
-  if (body.inertia) line("inertia", list(*body.inertia));
-  const Material& m = body.material;
-  line("material", "{stiffness: " + number_text(m.stiffness) + ", damping: " + number_text(m.damping) +
-                       ", friction: " + number_text(m.friction) + ", patch_area: " + number_text(m.patch_area) + "}");
+/// A line for each entry.
+std::string lines(const std::vector<FieldWriter::Entry>& entries, const std::string& indent) {
+  std::string text;
+  for (const auto& [key, value] : entries) text += indent + key + ": " + value + "\n";
   return text;
 }
 
-std::string write_live(const LiveSettings& live) {
-  std::string text = "live:\n  on_missing_privilege: " + word(live.on_missing_privilege) +
-                     "\n  on_stall: " + word(live.on_stall) + "\n  stall_timeout: " + seconds(live.stall_timeout) +
-                     "\n  impose_cost: " + (live.impose_cost ? "true" : "false") + "\n  pool: {";
-  if (live.pool_workers > 0) text += "workers: " + std::to_string(live.pool_workers) + ", ";
-  text += "policy: " + word(live.pool.policy);
-  if (live.pool.policy != SchedulingPolicy::other) text += ", priority: " + std::to_string(live.pool.priority);
-  if (live.pool.cpu) text += ", cpu: " + std::to_string(*live.pool.cpu);
-  return text + "}\n";
+/// The entries that `before` does not have so.
+std::vector<FieldWriter::Entry> changed(std::vector<FieldWriter::Entry> now,
+                                        const std::vector<FieldWriter::Entry>& before) {
+  std::erase_if(now, [&](const auto& entry) { return std::find(before.begin(), before.end(), entry) != before.end(); });
+  return now;
 }
 
 std::string write_scheduling(const Scheduling& scheduling) {
@@ -196,7 +85,7 @@ bool is_rate_of(const GraphSpec& graph, const NodeSpec& node, std::size_t i) {
 }
 
 std::string write_type(const NodeInfo& info) {
-  return info.python.empty() ? "    type: " + info.type + "\n" : "    python: " + quote(info.python) + "\n";
+  return info.python.empty() ? "    type: " + info.type + "\n" : "    python: " + yaml_quoted(info.python) + "\n";
 }
 
 std::string write_node(const GraphSpec& graph, const NodeSpec& node) {
@@ -210,7 +99,7 @@ std::string write_node(const GraphSpec& graph, const NodeSpec& node) {
 std::string write_edge(const EdgeSpec& edge) {
   std::string text =
       "  - {from: " + edge.from_node + "." + edge.from_port + ", to: " + edge.to_node + "." + edge.to_port;
-  if (!edge.queue_is_default) text += ", queue: " + quote(queue_text(edge.queue));
+  if (!edge.queue_is_default) text += ", queue: " + yaml_quoted(queue_text(edge.queue));
   if (edge.delay.ns > 0) text += ", delay: " + seconds(edge.delay);
   return text + "}\n";
 }
@@ -244,21 +133,7 @@ std::string overlay_node(const GraphSpec& graph, const NodeSpec& from, const Nod
 }
 
 std::string overlay_body(const Body& from, const Body& to) {
-  std::string text;
-  if (from.motion != to.motion) text += "      motion: " + motion_word(to.motion) + "\n";
-  if (from.deformable.tetrahedra != to.deformable.tetrahedra) {
-    text += "      tetrahedra: " + std::to_string(to.deformable.tetrahedra) + "\n";
-  }
-  std::string material;
-  const auto part = [&material](const char* key, double before, double after) {
-    if (before == after) return;
-    material += (material.empty() ? "" : ", ") + std::string(key) + ": " + number_text(after);
-  };
-  part("stiffness", from.material.stiffness, to.material.stiffness);
-  part("damping", from.material.damping, to.material.damping);
-  part("friction", from.material.friction, to.material.friction);
-  part("patch_area", from.material.patch_area, to.material.patch_area);
-  if (!material.empty()) text += "      material: {" + material + "}\n";
+  const std::string text = lines(changed(written_fields(to), written_fields(from)), "      ");
   return text.empty() ? text : "    " + to.name + ":\n" + text;
 }
 
@@ -279,8 +154,8 @@ std::string overlay_parts(const std::vector<Part>& from, const std::vector<Part>
 std::string to_overlay(const GraphSpec& from, const GraphSpec& to, const std::string& title,
                        const std::vector<std::string>& extends) {
   std::string files;
-  for (const std::string& file : extends) files += (files.empty() ? "" : ", ") + quote(file);
-  std::string text = "title: " + quote(title) + "\nextends: [" + files + "]\n";
+  for (const std::string& file : extends) files += (files.empty() ? "" : ", ") + yaml_quoted(file);
+  std::string text = "title: " + yaml_quoted(title) + "\nextends: [" + files + "]\n";
   if (from.rate != to.rate) text += "rate: " + number_text(to.rate) + "\n";
   const std::string bodies = overlay_parts(from.scene.bodies, to.scene.bodies, overlay_body);
   if (!bodies.empty()) text += "scene:\n  bodies:\n" + bodies;
@@ -298,19 +173,18 @@ std::string to_overlay(const GraphSpec& from, const GraphSpec& to, const std::st
 
 std::string to_yaml(const GraphSpec& spec) {
   std::string text = "format: " + std::to_string(file_format) + "\n";
-  if (!spec.title.empty()) text += "title: " + quote(spec.title) + "\n";
+  if (!spec.title.empty()) text += "title: " + yaml_quoted(spec.title) + "\n";
   text += std::string("clock: ") + (spec.clock == Clock::real ? "real" : "virtual") + "\n";
   text += "duration: " + seconds(spec.duration) + "\n";
   text += "seed: " + std::to_string(spec.seed) + "\n";
   text += "rate: " + number_text(spec.rate) + "\n";
-  text += write_live(spec.live);
-  text += "scene:\n  gravity: " + list(spec.scene.gravity_W) + "\n";
-  if (const Camera& camera = spec.scene.camera; camera != Camera{}) {
-    text += "  camera: {from: " + list(camera.from_W) + ", up: " + list(camera.up_W) + "}\n";
-  }
-  if (!spec.scene.tool_name.empty()) text += "  tool: " + spec.scene.tool_name + "\n";
+  text += "live:\n" + lines(written_fields(spec.live), "  ");
+  text += "scene:\n";
+  Scene scene = spec.scene;
+  scene.bodies.clear();
+  text += lines(written_fields(scene), "  ");
   text += spec.scene.bodies.empty() ? "  bodies: {}\n" : "  bodies:\n";
-  for (const Body& body : spec.scene.bodies) text += write_body(body);
+  for (const Body& body : spec.scene.bodies) text += "    " + body.name + ":\n" + lines(written_fields(body), "      ");
   text += "nodes:\n";
   for (const NodeSpec& node : spec.nodes) text += write_node(spec, node);
   text += spec.edges.empty() ? "edges: []\n" : "edges:\n";

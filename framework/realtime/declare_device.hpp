@@ -6,30 +6,15 @@
 
 namespace tactor {
 
-/// Adds the ports and metrics of DeviceNode and the parameters of DeviceParams to the declaration of device N, whose
-/// Params derive from it; `defaults` are those of the device. Marks N as an actuator.
+/// Adds the parameters of SafetyLimits.
 template <class N>
-void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) {
+void declare_limits(Declare<N>& declaration, const SafetyLimits& defaults) {
   using P = typename N::Params;
   // The template arguments and casts let pointers to the members of the base classes convert.
   const auto real = [&declaration](const char* name, double SafetyLimits::*member, RealOptions options) {
     options.min = 0;
     declaration.template real<double>(name, static_cast<double P::*>(member), std::move(options));
   };
-  const auto time = [&declaration](const char* name, Duration P::*member, const char* doc, Duration default_value,
-                                   double least, double most) {
-    declaration.template real<Duration>(
-        name, member, {.doc = doc, .unit = "s", .default_value = default_value.seconds(), .min = least, .max = most});
-  };
-  declaration.actuator()
-      .template input<ForceSegment>(
-          "segment", &N::segment,
-          {.doc = "the force to command, evaluated each tick", .required = false, .in_reference = false})
-      .template output<DeviceState>("state", &N::state, "the state of the handle as the device shows it")
-      .template output<Wrench>("interpolated", &N::interpolated, "the segment at this tick, before the safety gate")
-      .template output<Wrench>("commanded", &N::commanded, "the wrench on the handle, after the safety gate")
-      .template output<SafetyState>("safety", &N::safety, "what the safety gate did at this tick")
-      .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks per second", .in_reference = 10000});
   real("force_max", &SafetyLimits::force_max,
        {.doc = "largest force, by norm", .unit = "N", .default_value = defaults.force_max, .max = 1000});
   real("torque_max", &SafetyLimits::torque_max,
@@ -61,6 +46,48 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
         .default_value = defaults.angular_speed_max,
         .max = 1000,
         .above_min = true});
+}
+
+/// Adds the metrics of the safety gate.
+template <class N>
+void declare_gate_metrics(Declare<N>& declaration) {
+  const auto count = [&declaration](const std::string& name, const std::string& doc, Better better) {
+    declaration.metric("device." + name, "1", doc, better);
+  };
+  count("rejected_forces", "ticks whose wrench was not finite", Better::lower);
+  count("rejected_segments", "messages that were not fresh segments", Better::lower);
+  count("faults", "times that the safety gate went into fault", Better::lower);
+  count("stale", "times that no fresh segment came in time", Better::lower);
+  count("clamped_ticks", "ticks whose wrench was beyond force_max or torque_max", Better::lower);
+  count("slewed_ticks", "ticks whose wrench changed faster than force_slew or torque_slew", Better::lower);
+  declaration.metric("device.engaged_share", "1", "share of the ticks at which the gate was engaged", Better::higher);
+  for (const SafetyCause cause : reported_causes) {
+    const std::string name(name_of(cause));
+    count("causes." + name, "times that the cause " + name + " came up", Better::lower);
+    declaration.missing_where("it never came up");
+  }
+}
+
+/// Adds the ports and metrics of DeviceNode and the parameters of DeviceParams to the declaration of device N, whose
+/// Params derive from it; `defaults` are those of the device. Marks N as an actuator.
+template <class N>
+void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) {
+  using P = typename N::Params;
+  const auto time = [&declaration](const char* name, Duration P::*member, const char* doc, Duration default_value,
+                                   double least, double most) {
+    declaration.template real<Duration>(
+        name, member, {.doc = doc, .unit = "s", .default_value = default_value.seconds(), .min = least, .max = most});
+  };
+  declaration.actuator()
+      .template input<ForceSegment>(
+          "segment", &N::segment,
+          {.doc = "the force to command, evaluated each tick", .required = false, .in_reference = false})
+      .template output<DeviceState>("state", &N::state, "the state of the handle as the device shows it")
+      .template output<Wrench>("interpolated", &N::interpolated, "the segment at this tick, before the safety gate")
+      .template output<Wrench>("commanded", &N::commanded, "the wrench on the handle, after the safety gate")
+      .template output<SafetyState>("safety", &N::safety, "what the safety gate did at this tick")
+      .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks per second", .in_reference = 10000});
+  declare_limits(declaration, defaults);
   time("engage_time", static_cast<Duration P::*>(&P::engage_time), "duration of the ramp from zero to the full wrench",
        defaults.engage_time, 1e-3, 10);
   time("stale_after", static_cast<Duration P::*>(&P::stale_after),
@@ -87,21 +114,7 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
        .default_value = defaults.dead_man_button,
        .min = 0,
        .max = 31});
-  const auto count = [&declaration](const std::string& name, const std::string& doc, Better better) {
-    declaration.metric("device." + name, "1", doc, better);
-  };
-  count("rejected_forces", "ticks whose wrench was not finite", Better::lower);
-  count("rejected_segments", "messages that were not fresh segments", Better::lower);
-  count("faults", "times that the safety gate went into fault", Better::lower);
-  count("stale", "times that no fresh segment came in time", Better::lower);
-  count("clamped_ticks", "ticks whose wrench was beyond force_max or torque_max", Better::lower);
-  count("slewed_ticks", "ticks whose wrench changed faster than force_slew or torque_slew", Better::lower);
-  declaration.metric("device.engaged_share", "1", "share of the ticks at which the gate was engaged", Better::higher);
-  for (const SafetyCause cause : reported_causes) {
-    const std::string name(name_of(cause));
-    count("causes." + name, "times that the cause " + name + " came up", Better::lower);
-    declaration.missing_where("it never came up");
-  }
+  declare_gate_metrics(declaration);
 }
 
 }  // namespace tactor

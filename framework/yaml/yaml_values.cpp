@@ -100,7 +100,8 @@ std::optional<double> read_number(const Tree& tree, const std::string& path, con
   const double value = quantity.value_si;
   if (value < rule.min || value > rule.max || (rule.above_min && value <= rule.min)) {
     diagnostics.error(tree.place, path + ": " + expected + bounds_text(rule.min, rule.max, rule.above_min) +
-                                      ", found " + describe(tree));
+                                      ", found " + describe(tree) + (rule.reason.empty() ? "" : "; ") +
+                                      std::string(rule.reason));
     return std::nullopt;
   }
   if (unit->dimension == Dimension{.s = 1} && std::abs(value) > longest_time_s) {

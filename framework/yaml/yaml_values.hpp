@@ -18,7 +18,8 @@ struct NumberRule {
   std::string unit = "1";  ///< SI; a bare number is in this unit
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
-  bool above_min = false;  ///< true: larger than `min`
+  bool above_min = false;        ///< true: larger than `min`
+  std::string_view reason = {};  ///< for the bounds, if they need one
 };
 
 /// All of these return nothing after having written what was expected and what was found; `path` names the value

@@ -86,6 +86,28 @@ RealOptions of_device(std::string doc, std::string unit, double otherwise, doubl
           .as_in = Role::device};
 }
 
+/// The model of the device that is inverted.
+Declare<Impact>& declare_model(Declare<Impact>& d) {
+  using Params = Impact::Params;
+  return d.real<double>("mass", &Params::mass, of_device("mass of the handle", "kg", 0.1, 0.001, 100))
+      .real<double>("damping", &Params::damping, of_device("viscous friction of the handle", "N s/m", 0.2, 0, 1000))
+      .real<double>("hand_mass", &Params::hand_mass, of_device("mass of the hand", "kg", 0.55, 0, 100))
+      .real<double>("hand_damping", &Params::hand_damping, of_device("damping of the hand", "N s/m", 6.5, 0, 1e4))
+      .real<double>("hand_stiffness", &Params::hand_stiffness, of_device("stiffness of the hand", "N/m", 135, 0, 1e6))
+      .real<double>("grip_stiffness", &Params::grip_stiffness,
+                    of_device("stiffness between handle and hand; 0, with grip_damping 0: rigid", "N/m", 0, 0, 1e6))
+      .real<double>("grip_damping", &Params::grip_damping,
+                    of_device("damping between handle and hand", "N s/m", 0, 0, 1e4))
+      .real<double>("amplifier_bandwidth", &Params::amplifier_bandwidth,
+                    of_device("bandwidth of the amplifiers; 0 for none", "Hz", 0, 0, 1e5))
+      .real<double>("mode_frequency", &Params::mode_frequency,
+                    of_device("frequency of the vibration of handle against motors; 0 for none", "Hz", 0, 0, 1e4))
+      .real<double>("mode_damping", &Params::mode_damping,
+                    of_device("damping ratio of that vibration", "1", 0.05, 0, 10))
+      .real<double>("motor_share", &Params::motor_share,
+                    of_device("share of the mass on the motor side", "1", 0.5, 0.01, 0.99));
+}
+
 }  // namespace
 
 NodeInfo Impact::declare() {
@@ -148,24 +170,8 @@ NodeInfo Impact::declare() {
              .default_value = 2000,
              .min = 0,
              .above_min = true,
-             .as_in = Role::device})
-      .real<double>("mass", &Params::mass, of_device("mass of the handle", "kg", 0.1, 0.001, 100))
-      .real<double>("damping", &Params::damping, of_device("viscous friction of the handle", "N s/m", 0.2, 0, 1000))
-      .real<double>("hand_mass", &Params::hand_mass, of_device("mass of the hand", "kg", 0.55, 0, 100))
-      .real<double>("hand_damping", &Params::hand_damping, of_device("damping of the hand", "N s/m", 6.5, 0, 1e4))
-      .real<double>("hand_stiffness", &Params::hand_stiffness, of_device("stiffness of the hand", "N/m", 135, 0, 1e6))
-      .real<double>("grip_stiffness", &Params::grip_stiffness,
-                    of_device("stiffness between handle and hand; 0, with grip_damping 0: rigid", "N/m", 0, 0, 1e6))
-      .real<double>("grip_damping", &Params::grip_damping,
-                    of_device("damping between handle and hand", "N s/m", 0, 0, 1e4))
-      .real<double>("amplifier_bandwidth", &Params::amplifier_bandwidth,
-                    of_device("bandwidth of the amplifiers; 0 for none", "Hz", 0, 0, 1e5))
-      .real<double>("mode_frequency", &Params::mode_frequency,
-                    of_device("frequency of the vibration of handle against motors; 0 for none", "Hz", 0, 0, 1e4))
-      .real<double>("mode_damping", &Params::mode_damping,
-                    of_device("damping ratio of that vibration", "1", 0.05, 0, 10))
-      .real<double>("motor_share", &Params::motor_share,
-                    of_device("share of the mass on the motor side", "1", 0.5, 0.01, 0.99))
+             .as_in = Role::device});
+  declare_model(d)
       .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .metric("impact.events", "1", "vibrations that were begun", Better::neither)
       .metric("impact.limited_events", "1", "vibrations that were made smaller for `force_max` or `force_slew`",

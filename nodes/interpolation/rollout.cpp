@@ -56,6 +56,43 @@ void declare_metrics(Declare<Rollout>& node) {
       .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower);
 }
 
+/// When the tool goes to where physics has it, and when another force is displayed.
+void declare_restart(Declare<Rollout>& node) {
+  using Params = Rollout::Params;
+  node.choice<Params::Restart>(
+          "restart", &Params::restart,
+          {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
+          Params::Restart::on_disagreement,
+          "always: each result puts the tool back to where physics has it; on_disagreement: the tool stays where the "
+          "rollout has it as long as contacts are found on the surface, nothing else moves, and physics does not keep "
+          "disagreeing")
+      .real("disagreement", &Params::disagreement,
+            {.doc = "physics and the rollout disagree if their tools are farther apart than this",
+             .unit = "m",
+             .default_value = 5e-4,
+             .min = 0,
+             .max = 1})
+      .real("patience", &Params::patience,
+            {.doc = "how long they may disagree in one direction before the tool goes to where physics has it",
+             .unit = "s",
+             .default_value = 1,
+             .min = 0,
+             .max = 10});
+  node.real("estimate_time", &Params::estimate_time,
+            {.doc = "time in which a difference between physics and the displayed force fades to 1/e in the estimate "
+                    "of errors",
+             .unit = "s",
+             .default_value = 1,
+             .min = 0.01,
+             .max = 100})
+      .real("worse", &Params::worse,
+            {.doc = "the hold or the `forecast` is displayed if the rollout's estimated error is more than this many "
+                    "times theirs",
+             .default_value = 1.2,
+             .min = 1,
+             .max = 1e6});
+}
+
 }  // namespace
 
 NodeInfo Rollout::declare() {
@@ -110,38 +147,7 @@ NodeInfo Rollout::declare() {
   declare_rollout(node);
   declare_surface(node, 2000);
   declare_patch_contacts(node);
-  node.choice<Params::Restart>(
-          "restart", &Params::restart,
-          {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
-          Params::Restart::on_disagreement,
-          "always: each result puts the tool back to where physics has it; on_disagreement: the tool stays where the "
-          "rollout has it as long as contacts are found on the surface, nothing else moves, and physics does not keep "
-          "disagreeing")
-      .real("disagreement", &Params::disagreement,
-            {.doc = "physics and the rollout disagree if their tools are farther apart than this",
-             .unit = "m",
-             .default_value = 5e-4,
-             .min = 0,
-             .max = 1})
-      .real("patience", &Params::patience,
-            {.doc = "how long they may disagree in one direction before the tool goes to where physics has it",
-             .unit = "s",
-             .default_value = 1,
-             .min = 0,
-             .max = 10});
-  node.real("estimate_time", &Params::estimate_time,
-            {.doc = "time in which a difference between physics and the displayed force fades to 1/e in the estimate "
-                    "of errors",
-             .unit = "s",
-             .default_value = 1,
-             .min = 0.01,
-             .max = 100})
-      .real("worse", &Params::worse,
-            {.doc = "the hold or the `forecast` is displayed if the rollout's estimated error is more than this many "
-                    "times theirs",
-             .default_value = 1.2,
-             .min = 1,
-             .max = 1e6});
+  declare_restart(node);
   node.role(Role::interpolation);
   declare_metrics(node);
   return node.info();

@@ -119,23 +119,13 @@ inline double square(const Wrench& a, double lever) {
   return dot(a.force, a.force) + dot(a.torque, a.torque) / (lever * lever);
 }
 
-/// Adds the ports, parameters and metrics that all stages have.
+/// Adds what the energy of the port is counted with, and the force bounded.
 template <class N>
-void declare_stage(Declare<N>& node) {
+void declare_budget(Declare<N>& node) {
   using P = typename N::Params;
   const auto real = [&node](const char* name, double StageParams::*member, RealOptions options) {
     node.template real<double>(name, static_cast<double P::*>(member), std::move(options));
   };
-  const Queue every{QueuePolicy::drop_oldest, 64};
-  node.realtime_safe()
-      .template input<ForceSegment>("segment", &N::segment,
-                                    {.doc = "the force that the interpolation wants", .trigger = Trigger::yes})
-      .template input<DeviceState>("device", &N::device, {.doc = "every sample of the handle", .queue = every})
-      .template input<Wrench>(
-          "commanded", &N::commanded,
-          {.doc = "the wrench that the device commands; the energy is counted from it", .queue = every})
-      .template output<ForceSegment>("segment", &N::limited, "the same force, or one that keeps the port passive")
-      .role(Role::interpolation);
   real("encoder_step", &StageParams::encoder_step,
        {.doc = "step of the device's position encoders",
         .unit = "m",
@@ -207,6 +197,23 @@ void declare_stage(Declare<N>& node) {
         .default_value = 60,
         .min = 0,
         .max = 1e4});
+}
+
+/// Adds the ports, parameters and metrics that all stages have.
+template <class N>
+void declare_stage(Declare<N>& node) {
+  using P = typename N::Params;
+  const Queue every{QueuePolicy::drop_oldest, 64};
+  node.realtime_safe()
+      .template input<ForceSegment>("segment", &N::segment,
+                                    {.doc = "the force that the interpolation wants", .trigger = Trigger::yes})
+      .template input<DeviceState>("device", &N::device, {.doc = "every sample of the handle", .queue = every})
+      .template input<Wrench>(
+          "commanded", &N::commanded,
+          {.doc = "the wrench that the device commands; the energy is counted from it", .queue = every})
+      .template output<ForceSegment>("segment", &N::limited, "the same force, or one that keeps the port passive")
+      .role(Role::interpolation);
+  declare_budget(node);
   node.boolean("tool_weight", static_cast<bool P::*>(&P::tool_weight), true,
                "true if the method displays the tool's weight, whose part of the energy then counts as the hand's own; "
                "false for a proxy and for a force field")

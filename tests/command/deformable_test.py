@@ -62,7 +62,7 @@ class Deformable(CommandTest):
     def test_a_run_refuses_what_check_refuses_with_the_line(self):
         for reason, before, after in (("expected a file that exists", BOX, "mesh: nowhere.off"),
                                       ("did you mean \"young\"?", "young: 20 kPa", "youngs: 20 kPa"),
-                                      ("expected at most 0.495", "poisson: 0.45", "poisson: 0.5"),
+                                      ("expected a number from 0 to 0.495", "poisson: 0.45", "poisson: 0.5"),
                                       ("hold all its nodes", "p: [0, 0, -20 mm]", "p: [0, 0, 40 mm]"),
                                       ("contains no centroid of a tetrahedron", FIXED, FIXED + "\n      inclusions: "
                                        "{lump: {p: [1, 0, 0], radius: 5 mm, young: 200 kPa}}")):

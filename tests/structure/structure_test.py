@@ -26,6 +26,28 @@ def inside(path, *folders):
     return any(relative.startswith(folder + "/") for folder in folders)
 
 
+def functions_of(text):
+    """(line, lines) of each function of a source, from its name to its closing brace; one within another counts to that."""
+    quiet = re.sub(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'|(?m:^ *#[^\n]*)',
+                   lambda found: re.sub(r"[^\n]", " ", found[0]), text, flags=re.DOTALL)
+    found, open_braces, begin = [], [], 0  # of each open brace: where its statement begins, or None for a scope; where this statement begins
+    for at in re.finditer(r"[{};]", quiet):
+        statement = quiet[begin:at.start()]
+        if at[0] == "{":
+            inside_function = any(one is not None for one in open_braces)
+            is_scope = re.search(r"\b(namespace|class|struct|enum|union|extern)\b[^()]*$", statement) or "(" not in statement or statement.rstrip().endswith("=")
+            open_braces.append(None if inside_function or is_scope else begin + len(statement) - len(statement.lstrip()))
+        elif at[0] == "}":
+            start = open_braces.pop()
+            if start is not None and re.match(r"\s*[,)({]", quiet[at.end():at.end() + 2]):
+                begin = start  # of a member's value before the body of a constructor
+                continue
+            if start is not None:
+                found.append((quiet.count("\n", 0, start) + 1, quiet.count("\n", start, at.start()) + 1))
+        begin = at.end()
+    return found
+
+
 class Includes(unittest.TestCase):
     """Dependencies run one way: app -> engine -> graph -> node -> core; nodes and devices -> node, core."""
 
@@ -88,10 +110,11 @@ class Includes(unittest.TestCase):
             "framework/math": (),
             "framework/node": ("framework/core", "framework/node"),
             "framework/yaml": ("framework/core", "framework/yaml"),
-            "framework/graph": ("framework/core", "framework/node", "framework/yaml", "framework/graph"),
+            "framework/fields": ("framework/core", "framework/yaml", "framework/fields"),
+            "framework/graph": ("framework/core", "framework/fields", "framework/node", "framework/yaml", "framework/graph"),
             "framework/record": ("framework/core", "framework/node", "framework/record"),
             "framework/realtime": ("framework/core", "framework/node", "framework/realtime"),
-            "framework/engine": ("framework/core", "framework/node", "framework/graph", "framework/realtime",
+            "framework/engine": ("framework/core", "framework/fields", "framework/node", "framework/graph", "framework/realtime",
                                  "framework/engine"),
             "framework/session": ("framework",),
             # source.recording plays recordings back through the record interface, which holds no HDF5.
@@ -218,6 +241,18 @@ class Text(unittest.TestCase):
         for path in SOURCES:
             with self.subTest(file=path.relative_to(ROOT).as_posix()):
                 self.assertLessEqual(len(path.read_text().splitlines()), 600)
+
+    def test_a_function_fits_on_a_page(self):
+        for path in SOURCES:
+            if inside(path, "tests", "bench"):
+                continue
+            for line, length in functions_of(path.read_text()):
+                with self.subTest(function=f"{path.relative_to(ROOT).as_posix()}:{line}"):
+                    self.assertLessEqual(length, 80)
+
+    def test_the_lengths_of_functions_are_found(self):
+        text = "struct A {\n  int f() const {\n    return 1;  // }\n  }\n};\nA::A()\n    : a_{1},\n      b_(\"}\") {\n  if (a_) {\n  }\n}\n"
+        self.assertEqual(functions_of(text), [(2, 3), (6, 6)])
 
     def test_no_promise_stands_where_code_should(self):
         promise = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b")

@@ -11,6 +11,7 @@
 #include "framework/core/messages.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
+#include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mesh/body_volume.hpp"
 #include "nodes/physics/mesh/deformed_surfaces.hpp"
 #include "nodes/physics/mesh/tet_topology.hpp"
@@ -95,6 +96,25 @@ BOOST_AUTO_TEST_CASE(surfaces_of_deformable_bodies_are_sets_of_points_whose_arra
   BOOST_TEST(message.nodes[1].p_W[2] == 6.0F);
   // Still in use: the pool has no array left.
   BOOST_TEST(!pool.make(1, [](std::span<ShownPoint>) {}).has_value());
+}
+
+BOOST_AUTO_TEST_CASE(the_contacts_of_a_local_model_are_shown_up_to_their_count) {
+  const std::vector<ShownStream> streams = shown_streams(plan_of("bunny/local.yaml"));
+  const ShownStream& patch = stream(streams, "patch");
+  LocalContacts message;
+  for (std::size_t i = 0; i < message.contact.size(); ++i) {
+    message.contact[i][0].p_WC = {static_cast<double>(i + 1), 0, 0};
+    message.contact[i][0].n_W = {0, 0, 1};
+  }
+  message.count = 2;
+  ShownRows rows;
+  patch.add(stamp, &message, rows);
+  BOOST_TEST(rows.values == (std::vector<float>{1, 0, 0, 0, 0, 1, 2, 0, 0, 0, 0, 1}), boost::test_tools::per_element());
+  // A count beyond the room is of a message that is broken.
+  message.count = LocalContacts::capacity + 1;
+  rows = {};
+  patch.add(stamp, &message, rows);
+  BOOST_TEST(rows.values.size() == patch.columns.size() * message.contact.size());
 }
 
 BOOST_AUTO_TEST_CASE(the_mesh_of_a_deformable_body_is_the_boundary_of_its_tetrahedra) {

@@ -20,11 +20,6 @@ const Body* find(const Scene& scene, const std::string& name) {
   return found == scene.bodies.end() ? nullptr : &*found;
 }
 
-bool same(const Material& a, const Material& b) {
-  return a.stiffness == b.stiffness && a.damping == b.damping && a.friction == b.friction &&
-         a.patch_area == b.patch_area;
-}
-
 /// In which parameters the nodes that couple handle and tool differ: `k_0 and m_0`, `type`; empty for none.
 std::string difference_of_coupling(const GraphSpec& graph, const GraphSpec& other) {
   const auto coupling = [](const GraphSpec& of) {
@@ -157,7 +152,7 @@ std::string difference_beside_method(const GraphSpec& graph, const GraphSpec& ot
     if (mine->X_WB != theirs.X_WB) what.emplace_back("pose");
     if (mine->motion != theirs.motion) what.emplace_back("motion");
     if (mine->mass != theirs.mass || mine->inertia != theirs.inertia) what.emplace_back("mass");
-    if (!same(mine->material, theirs.material)) what.emplace_back("material");
+    if (mine->material != theirs.material) what.emplace_back("material");
     if (mine->deformable != theirs.deformable) what.emplace_back("elasticity");
     if (!what.empty()) parts.push_back(fmt::format("has another {} of {}", fmt::join(what, " and "), theirs.name));
   }
