@@ -177,8 +177,7 @@ void refit_node(benchmark::State& state) {
   Refitter node(p, context());
   step_node(state, node, node.force, node.coefficients, textured(4096));
   Report report;
-  report.begin("refit", Refitter::declare().metrics);
-  node.report(report);
+  report.ask(node, "refit", Refitter::declare().metrics);
   for (const auto& [name, value] : report.metrics()) {
     if (name == "refit.force_order_mean") state.counters["order"] = value;
     if (name == "refit.spectral_radius_max") state.counters["radius"] = value;

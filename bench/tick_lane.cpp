@@ -84,8 +84,7 @@ void run_lane(double rate, Duration duration, const ThreadSettings& settings, La
   times.heap_calls = metrics.heap_calls.value();
   times.page_faults = metrics.page_faults.value();
   Report report;
-  report.begin("device", device.info.metrics);
-  nodes[0].report(report);
+  report.ask(nodes[0], "device", device.info.metrics);
   for (const auto& [name, value] : report.metrics()) {
     if (name == "device.engaged_share") times.engaged_share = value;
   }

@@ -298,8 +298,7 @@ py::list metrics_of(SessionState& state) {
     if (session.is_abandoned()) throw RunError("metrics: a step never came back, so that its node cannot be asked");
     declared = run_metrics(session.plan(), false).reported;
     for (std::size_t i = 0; i < session.plan().nodes.size(); ++i) {
-      report.begin(session.plan().nodes[i].name, node_metrics(session.plan(), i, false).reported);
-      session.nodes()[i].report(report);
+      report.ask(session.nodes()[i], session.plan().nodes[i].name, node_metrics(session.plan(), i, false).reported);
     }
   });
   return metric_list(report.metrics(), declared);

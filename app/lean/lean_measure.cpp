@@ -117,8 +117,7 @@ LeanMeasure::Run LeanMeasure::run(const GraphSpec& graph, std::uint64_t seed, co
   report.judge_from(truth.judged_from.value_or(warm_since));
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     if (!plan.nodes[n].info->sink) continue;
-    report.begin(plan.nodes[n].name, node_metrics(plan, n, true).reported);
-    session.nodes()[n].report(report);
+    report.ask(session.nodes()[n], plan.nodes[n].name, node_metrics(plan, n, true).reported);
   }
   const auto error = value_of(report, error_name(options_.metric, "force.rms_error_N"));
   const auto most = value_of(report, error_name(options_.metric, "force.max_error_N"));

@@ -140,8 +140,9 @@ void judge(const Plan& plan, const RunOptions& options, const std::optional<Refe
   report.set("refits", 0);
   report.add("fallbacks", 0);
   for (std::size_t i = 0; nodes != nullptr && i < plan.nodes.size(); ++i) {
-    report.begin(plan.nodes[i].name, node_metrics(plan, i, !options.without_reference).reported);
-    attempt(result, [&] { (*nodes)[i].report(report); });
+    attempt(result, [&] {
+      report.ask((*nodes)[i], plan.nodes[i].name, node_metrics(plan, i, !options.without_reference).reported);
+    });
   }
   if (result.live) report_live(plan, *result.live, result.record_dropped, report);
   if (result.follower) report_follower(*result.follower, report);

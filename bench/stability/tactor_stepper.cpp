@@ -43,8 +43,7 @@ class TactorStepper final : public Stepper {
 
   void report(Finding& finding) const override {
     Report report;
-    report.begin("dynamics", info_.metrics);
-    dynamics_->report(report);
+    report.ask(*dynamics_, "dynamics", info_.metrics);
     for (const auto& [name, value] : report.metrics()) {
       if (name == "dynamics_damped_steps") finding.damped_steps = static_cast<std::int64_t>(value);
       if (name == "dynamics_stopped_steps") finding.stopped_steps = static_cast<std::int64_t>(value);

@@ -226,7 +226,6 @@ ForceAccount HardwareDevice::account() const {
 }
 
 void HardwareDevice::report(Report& report) const {
-  DeviceNode::report(report);
   if (follows_) return;
   const auto count = [&](const std::string& name, auto value) {
     report.set("device." + name, static_cast<double>(value));

@@ -49,7 +49,9 @@ NodeInfo MouseDevice::declare() {
           "again.")
       .input("cursor", &D::cursor, {.doc = "the pose at which the person wants the handle, and whether they hold it"});
   declare_device(declaration, defaults);
-  declaration.metric("device.released_by_timeout", "1", "times that a held cursor stopped coming", Better::lower)
+  declaration
+      .metric("device.released_by_timeout", "1", "times that a held cursor stopped coming", Better::lower,
+              &MouseDevice::timeouts_)
       .reals("start", &Params::start, 3, std::vector<double>{0, 0, 0},
              {.doc = "position of the handle before the first cursor", .unit = "m", .min = -1e3, .max = 1e3})
       .reals("start_rotation", &Params::start_rotation, 3, std::vector<double>{0, 0, 0},
@@ -116,11 +118,6 @@ bool MouseDevice::write(Time, const Wrench&) noexcept {
 
 const char* MouseDevice::failure() const noexcept {
   return "the cursor is not a valid pose";
-}
-
-void MouseDevice::report(Report& report) const {
-  DeviceNode::report(report);
-  report.set("device.released_by_timeout", static_cast<double>(timeouts_));
 }
 
 }  // namespace tactor

@@ -28,8 +28,6 @@ class MouseDevice final : public DeviceNode {
   /// Throws InputError where the handle may follow faster than the safety gate lets it.
   MouseDevice(const Params& params, const NodeContext& context);
   static NodeInfo declare();
-  /// That of DeviceNode, and device.released_by_timeout: how often the cursor was held and no cursor came any more.
-  void report(Report& report) const override;
 
   Input<Cursor> cursor;
 

@@ -225,15 +225,7 @@ void SimulatedDevice::follow(const Node& tested) {
 }
 
 void SimulatedDevice::report(Report& report) const {
-  DeviceNode::report(report);
-  if (params_.motor_force_max > 0 || params_.motor_torque_max > 0) {
-    report.set("device.saturated_ticks", static_cast<double>(saturated_ticks_));
-  }
   if (const auto share = encoder_.mixed_share()) report.set("device.velocity_mixed_share", *share);
-  if (params_.loop != Loop::closed || follows_) return;
-  report.set("device.energy_generated_J", energy_generated_);
-  report.set("device.max_speed_m_per_s", max_speed_);
-  report.set("device.unkept_path_samples", static_cast<double>(unkept_));
 }
 
 }  // namespace tactor

@@ -70,7 +70,7 @@ class Peak final : public tactor::Node {
     return tactor::Declare<Peak>("example.peak", "Tells the largest pressure of a run.")
         .sink()
         .input("pad", &Peak::pad, {.doc = "what the pad feels", .trigger = tactor::Trigger::yes})
-        .metric("pressure_max", "Pa", "the largest pressure of a field", tactor::Better::neither)
+        .metric("pressure_max", "Pa", "the largest pressure of a field", tactor::Better::neither, &Peak::peak_)
         .info();
   }
 
@@ -79,7 +79,6 @@ class Peak final : public tactor::Node {
       for (const float pressure : message->value.pressure) peak_ = std::max(peak_, static_cast<double>(pressure));
     }
   }
-  void report(tactor::Report& report) const override { report.set("pressure_max", peak_); }
 
   tactor::Input<Pad> pad;
 

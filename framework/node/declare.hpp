@@ -3,6 +3,8 @@
 
 #include <concepts>
 #include <filesystem>
+#include <functional>
+#include <optional>
 #include <type_traits>
 
 #include "framework/core/check.hpp"
@@ -304,7 +306,22 @@ class Declare {
     info_.metrics.push_back({std::move(name), std::move(unit), std::move(doc), better});
     return *this;
   }
-  /// Nodes add to the metric just declared (Report::add) instead of setting it.
+  /// A metric with its value: a member, or a function of the node (of N or a base of it) that returns a number, or an
+  /// optional one that is empty in a run without the metric.
+  template <class Value>
+  Declare& metric(std::string name, std::string unit, std::string doc, Better better, Value value) {
+    metric(std::move(name), std::move(unit), std::move(doc), better);
+    info_.metrics.back().value = [value](const Node& node) -> std::optional<double> {
+      const auto found = std::invoke(value, static_cast<const N&>(node));
+      if constexpr (std::is_arithmetic_v<std::remove_const_t<decltype(found)>>) {
+        return static_cast<double>(found);
+      } else {
+        return found;
+      }
+    };
+    return *this;
+  }
+  /// Nodes add to the metric just declared instead of setting it.
   Declare& summed() {
     info_.metrics.back().summed = true;
     return *this;

@@ -182,6 +182,8 @@ struct MetricInfo {
   std::string missing{};
   /// The reason why the node does not report it, given its parameters, or empty if it does; null: it always does.
   std::function<std::string(const std::vector<ParamValue>&, const MetricUse&)> left_out{};
+  /// The node's value after a run, none if it has none; null: its report() sets the metric.
+  std::function<std::optional<double>(const Node&)> value{};
 };
 
 /// The keys that every node of a graph may have; no parameter has such a name.

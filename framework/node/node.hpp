@@ -82,8 +82,8 @@ class Node {
   virtual void follow(const Node& tested) { static_cast<void>(tested); }
   /// True where a reference run depends on what this node did in the run under test (see `follow`).
   [[nodiscard]] virtual bool must_be_followed() const { return false; }
-  /// Called once after the run, with the reference set on the inputs that asked for it. May report only metrics that
-  /// the node's type declares.
+  /// Called once after the run, with the reference set on the inputs that asked for it, for what no declared metric has
+  /// as its value. May report only metrics that the node's type declares.
   virtual void report(Report& report) const { static_cast<void>(report); }
 };
 

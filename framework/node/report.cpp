@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <functional>
+#include <optional>
 
 #include "framework/core/check.hpp"
 #include "framework/node/info.hpp"
+#include "framework/node/node.hpp"
 
 namespace tactor {
 
@@ -12,6 +14,15 @@ void Report::begin(std::string node, const std::vector<MetricInfo>& metrics) {
   node_ = std::move(node);
   declared_.clear();
   for (const MetricInfo& metric : metrics) declared_.emplace(metric.name, metric.summed);
+}
+
+void Report::ask(const Node& node, std::string name, const std::vector<MetricInfo>& metrics) {
+  begin(std::move(name), metrics);
+  for (const MetricInfo& metric : metrics) {
+    const std::optional<double> value = metric.value ? metric.value(node) : std::nullopt;
+    if (value) metric.summed ? add(metric.name, *value) : set(metric.name, *value);
+  }
+  node.report(*this);
 }
 
 void Report::set(std::string_view name, double value) {

@@ -11,6 +11,7 @@
 
 namespace tactor {
 
+class Node;
 struct MetricInfo;
 
 /// A curve for plots: one value over time.
@@ -28,6 +29,8 @@ class Report {
   /// node has already set gets this node's name in front. An empty name is the program itself: a metric that it sets is
   /// its own until a node sets it.
   void begin(std::string node, const std::vector<MetricInfo>& metrics);
+  /// The same, and takes what the node has of them: values that are bound to it, and what its report() sets.
+  void ask(const Node& node, std::string name, const std::vector<MetricInfo>& metrics);
   /// Sets a metric. Throws RunError where the node does not declare it, or declares it as a sum.
   void set(std::string_view name, double value);
   /// Adds to a metric that is declared as a sum. Throws RunError where it is not.

@@ -51,19 +51,31 @@ void declare_limits(Declare<N>& declaration, const SafetyLimits& defaults) {
 /// Adds the metrics of the safety gate.
 template <class N>
 void declare_gate_metrics(Declare<N>& declaration) {
-  const auto count = [&declaration](const std::string& name, const std::string& doc, Better better) {
-    declaration.metric("device." + name, "1", doc, better);
+  const auto count = [&declaration](const std::string& name, const std::string& doc, const auto& value) {
+    declaration.metric("device." + name, "1", doc, Better::lower, value);
   };
-  count("rejected_forces", "ticks whose wrench was not finite", Better::lower);
-  count("rejected_segments", "messages that were not fresh segments", Better::lower);
-  count("faults", "times that the safety gate went into fault", Better::lower);
-  count("stale", "times that no fresh segment came in time", Better::lower);
-  count("clamped_ticks", "ticks whose wrench was beyond force_max or torque_max", Better::lower);
-  count("slewed_ticks", "ticks whose wrench changed faster than force_slew or torque_slew", Better::lower);
-  declaration.metric("device.engaged_share", "1", "share of the ticks at which the gate was engaged", Better::higher);
+  count("rejected_forces", "ticks whose wrench was not finite",
+        [](const DeviceNode& self) { return self.gate().rejected_ticks(); });
+  count("rejected_segments", "messages that were not fresh segments", &DeviceNode::rejected_segments);
+  count("faults", "times that the safety gate went into fault",
+        [](const DeviceNode& self) { return self.gate().faults(); });
+  count("stale", "times that no fresh segment came in time",
+        [](const DeviceNode& self) { return self.gate().count(SafetyCause::stale); });
+  count("clamped_ticks", "ticks whose wrench was beyond force_max or torque_max",
+        [](const DeviceNode& self) { return self.gate().clamped_ticks(); });
+  count("slewed_ticks", "ticks whose wrench changed faster than force_slew or torque_slew",
+        [](const DeviceNode& self) { return self.gate().slewed_ticks(); });
+  declaration.metric("device.engaged_share", "1", "share of the ticks at which the gate was engaged", Better::higher,
+                     [](const DeviceNode& self) {
+                       const auto ticks = static_cast<double>(self.gate().account().ticks);
+                       return ticks > 0 ? static_cast<double>(self.gate().engaged_ticks()) / ticks : 0.0;
+                     });
   for (const SafetyCause cause : reported_causes) {
     const std::string name(name_of(cause));
-    count("causes." + name, "times that the cause " + name + " came up", Better::lower);
+    count("causes." + name, "times that the cause " + name + " came up", [cause](const DeviceNode& self) {
+      const auto times = static_cast<double>(self.gate().count(cause));
+      return times > 0 ? std::optional(times) : std::nullopt;
+    });
     declaration.missing_where("it never came up");
   }
 }

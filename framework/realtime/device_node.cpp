@@ -160,21 +160,4 @@ ForceAccount DeviceNode::account() const {
   return account;
 }
 
-void DeviceNode::report(Report& report) const {
-  const auto set = [&report](const std::string& name, std::uint64_t count) {
-    report.set("device." + name, static_cast<double>(count));
-  };
-  set("rejected_forces", gate_.rejected_ticks());
-  set("rejected_segments", rejected_segments_);
-  set("faults", gate_.faults());
-  set("stale", gate_.count(SafetyCause::stale));
-  set("clamped_ticks", gate_.clamped_ticks());
-  set("slewed_ticks", gate_.slewed_ticks());
-  const auto ticks = static_cast<double>(gate_.account().ticks);
-  report.set("device.engaged_share", ticks > 0 ? static_cast<double>(gate_.engaged_ticks()) / ticks : 0.0);
-  for (const SafetyCause cause : reported_causes) {
-    if (gate_.count(cause) > 0) set("causes." + std::string(name_of(cause)), gate_.count(cause));
-  }
-}
-
 }  // namespace tactor

@@ -54,10 +54,10 @@ class DeviceNode : public Node {
   void step(StepContext& context) final;
   /// The largest force and torque from now on (see SafetyGate::set_largest); the other parameters stay.
   void tune(const DeviceParams& params) noexcept { gate_.set_largest(params.force_max, params.torque_max); }
-  /// device.rejected_forces: ticks whose wrench was not finite; device.rejected_segments: messages that were no fresh
-  /// segments; device.faults; device.stale: times the segments dried up; device.clamped_ticks, device.slewed_ticks;
-  /// device.engaged_share: of the ticks, 0 to 1; device.causes.NAME: how often each further cause has come up.
-  void report(Report& report) const override;
+  /// Its safety gate, asked after a run.
+  [[nodiscard]] const SafetyGate& gate() const { return gate_; }
+  /// Messages that were no fresh segments.
+  [[nodiscard]] std::uint64_t rejected_segments() const { return rejected_segments_; }
   /// What became of its force so far; asked after a run.
   [[nodiscard]] virtual ForceAccount account() const;
 

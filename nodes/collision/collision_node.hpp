@@ -31,13 +31,13 @@ class CollisionNode : public Node {
   Output<ContactSet> contacts;
   Output<LocalContacts> local;
 
- protected:
-  /// Throws InputError where nothing moves.
-  explicit CollisionNode(const Scene& scene);
-
   /// Steps, and those of them whose contacts penetrate.
   [[nodiscard]] std::uint64_t queries() const { return queries_; }
   [[nodiscard]] std::uint64_t touching_queries() const { return touching_queries_; }
+
+ protected:
+  /// Throws InputError where nothing moves.
+  explicit CollisionNode(const Scene& scene);
 
  private:
   void take_poses(Time now);

@@ -7,8 +7,6 @@ PairCollision::PairCollision(const ContactOptions& options, const NodeContext& c
     : CollisionNode(*context.scene), contacts_(*context.scene, options, make_distance, context.hand, context.notes) {}
 
 void PairCollision::report(Report& report) const {
-  report.set("collision.queries", static_cast<double>(queries()));
-  report.set("collision.touching_queries", static_cast<double>(touching_queries()));
   if (queries() == 0 || touching_queries() > 0) return;
   report.remark("nothing touched: none of " + std::to_string(queries()) +
                 " contact queries found a contact; every force is that of a tool in free space");

@@ -83,8 +83,11 @@ void declare_pairs(Declare<N>& declaration) {
       .coarser("max_contacts", {std::int64_t{64}, std::int64_t{32}, std::int64_t{16}, std::int64_t{8}})
       .coarser("local_contacts", {std::int64_t{12}, std::int64_t{8}, std::int64_t{4}})
       .coarser("anchors", {std::int64_t{2}, std::int64_t{1}});
-  declaration.metric("collision.queries", "1", "contact queries", Better::neither)
-      .metric("collision.touching_queries", "1", "contact queries that found a penetrating contact", Better::neither);
+  declaration
+      .metric("collision.queries", "1", "contact queries", Better::neither,
+              [](const N& self) { return self.queries(); })
+      .metric("collision.touching_queries", "1", "contact queries that found a penetrating contact", Better::neither,
+              [](const N& self) { return self.touching_queries(); });
 }
 
 }  // namespace tactor

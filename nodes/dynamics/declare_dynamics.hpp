@@ -64,16 +64,20 @@ void declare_moving(Declare<N>& declaration, double substep) {
       .coarser("iterations", {std::int64_t{20}, std::int64_t{10}, std::int64_t{5}})
       .unneeded(nothing_moves)
       .role(Role::dynamics);
-  declaration.metric("dynamics_steps", "1", "sub-steps", Better::neither)
+  declaration
+      .metric("dynamics_steps", "1", "sub-steps", Better::neither, [](const N& self) { return self.counts().steps; })
       .summed()
       .metric("dynamics_damped_steps", "1", "sub-steps that Newton's method did not solve: a damped step was taken",
-              Better::lower)
+              Better::lower, [](const N& self) { return self.counts().damped; })
       .summed()
-      .metric("dynamics_stopped_steps", "1", "sub-steps that nothing solved: the bodies were stopped", Better::lower)
+      .metric("dynamics_stopped_steps", "1", "sub-steps that nothing solved: the bodies were stopped", Better::lower,
+              [](const N& self) { return self.counts().stopped; })
       .summed()
-      .metric("dynamics_contacts_left_out", "1", "contacts that could not be used", Better::lower)
+      .metric("dynamics_contacts_left_out", "1", "contacts that could not be used", Better::lower,
+              [](const N& self) { return self.counts().left_out; })
       .summed()
-      .metric("dynamics_rejected_samples", "1", "samples of the handle that were not finite", Better::lower)
+      .metric("dynamics_rejected_samples", "1", "samples of the handle that were not finite", Better::lower,
+              [](const N& self) { return self.refusals().refused(); })
       .summed();
 }
 
@@ -83,12 +87,13 @@ void declare_dynamics(Declare<N>& declaration) {
   declare_moving(declaration, 0.001);
   declaration
       .metric("dynamics_energy_generated_J", "J", "energy that steps and new contacts made out of nothing",
-              Better::lower)
+              Better::lower, [](const N& self) { return self.observer().generated(); })
       .metric("dynamics_energy_generated_max_J", "J", "most energy that one step or new contact made out of nothing",
-              Better::lower)
-      .metric("dynamics_energy_dissipated_J", "J", "energy that the steps dissipated", Better::neither)
+              Better::lower, [](const N& self) { return self.observer().largest(); })
+      .metric("dynamics_energy_dissipated_J", "J", "energy that the steps dissipated", Better::neither,
+              [](const N& self) { return self.observer().dissipated(); })
       .metric("dynamics_energy_taken_J", "J", "energy that `dissipate_above` took out of the velocities",
-              Better::neither);
+              Better::neither, [](const N& self) { return self.observer().taken(); });
 }
 
 /// Adds the parameters and metrics of the kinds whose bodies all have mass.
@@ -131,10 +136,12 @@ void declare_inertial(Declare<N>& declaration) {
   };
   declaration
       .metric("dynamics_position_error_max_m", "m",
-              "largest position error of the tool that a sample of the handle adds, estimated", Better::lower)
+              "largest position error of the tool that a sample of the handle adds, estimated", Better::lower,
+              &DynamicsNode::position_error_max)
       .left_out_when(not_estimated)
       .metric("dynamics_position_error_mean_m", "m",
-              "mean position error of the tool that a sample of the handle adds, estimated", Better::lower)
+              "mean position error of the tool that a sample of the handle adds, estimated", Better::lower,
+              &DynamicsNode::position_error_mean)
       .left_out_when(not_estimated);
 }
 

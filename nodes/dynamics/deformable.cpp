@@ -40,24 +40,6 @@ DeformableOptions step_options(const DeformableDynamics::Params& params) {
           .patch = {.nodes = params.patch_nodes, .reach = params.patch_reach, .horizon = least_horizon}};
 }
 
-void declare_metrics(Declare<DeformableDynamics>& d) {
-  d.metric("deformable.iterations", "1", "Newton iterations of a step, mean", Better::lower)
-      .metric("deformable.factors", "1", "factorisations of a step, mean, those for the patch included", Better::lower)
-      .metric("deformable.updates", "1",
-              "updates of a factor of earlier steps by what its iterations found out, of a step, mean", Better::lower)
-      .left_out_when([](const DeformableDynamics::Params& p, const MetricUse&) {
-        return std::string(p.reuse_factors ? "" : "reuse_factors is false: each step factors");
-      })
-      .metric("deformable.euler_steps", "1",
-              "steps by implicit Euler, because the midpoint rule would have added energy or was not solved",
-              Better::lower)
-      .left_out_when([](const DeformableDynamics::Params& p, const MetricUse&) {
-        return std::string(p.integrator == Integrator::midpoint ? "" : "integrator is implicit_euler: all are");
-      })
-      .metric("deformable.unsent_patches", "1", "results without a patch, because readers held all memory",
-              Better::lower);
-}
-
 /// Adds the parameters of the output `patch`.
 void declare_patch(Declare<DeformableDynamics>& d) {
   d.integer("patch_nodes", &DeformableDynamics::Params::patch_nodes,
@@ -116,6 +98,34 @@ Eigen::VectorXd settled(const SoftScene& soft, const Scene& scene, FactorKind so
 }
 
 }  // namespace
+
+double DeformableDynamics::mean_of_a_step(std::int64_t count) const {
+  const std::int64_t steps = step_->counts().steps;
+  return steps > 0 ? static_cast<double>(count) / static_cast<double>(steps) : 0.0;
+}
+
+void DeformableDynamics::declare_metrics(Declare<DeformableDynamics>& d) {
+  d.metric("deformable.iterations", "1", "Newton iterations of a step, mean", Better::lower,
+           [](const DeformableDynamics& self) { return self.mean_of_a_step(self.step_->counts().iterations); })
+      .metric("deformable.factors", "1", "factorisations of a step, mean, those for the patch included", Better::lower,
+              [](const DeformableDynamics& self) {
+                return self.mean_of_a_step(self.step_->counts().factors + self.condensation_->factors());
+              })
+      .metric("deformable.updates", "1",
+              "updates of a factor of earlier steps by what its iterations found out, of a step, mean", Better::lower,
+              [](const DeformableDynamics& self) { return self.mean_of_a_step(self.step_->counts().updates); })
+      .left_out_when([](const DeformableDynamics::Params& p, const MetricUse&) {
+        return std::string(p.reuse_factors ? "" : "reuse_factors is false: each step factors");
+      })
+      .metric("deformable.euler_steps", "1",
+              "steps by implicit Euler, because the midpoint rule would have added energy or was not solved",
+              Better::lower, [](const DeformableDynamics& self) { return self.step_->counts().by_euler; })
+      .left_out_when([](const DeformableDynamics::Params& p, const MetricUse&) {
+        return std::string(p.integrator == Integrator::midpoint ? "" : "integrator is implicit_euler: all are");
+      })
+      .metric("deformable.unsent_patches", "1", "results without a patch, because readers held all memory",
+              Better::lower, &DeformableDynamics::unsent_);
+}
 
 NodeInfo DeformableDynamics::declare() {
   Declare<DeformableDynamics> d("dynamics.deformable",
@@ -283,10 +293,10 @@ void DeformableDynamics::advance(const CouplingParameters& spring, const Contact
   for (double k = 1; k <= pieces; ++k) {
     const DeviceState to = handle_between(used_.value, newest_.value, k / pieces, step_->model().body[0].rotates);
     last_ = step_->advance(spring, from, to, planes, interval / pieces, bodies_);
-    ++steps_;
-    if (last_.outcome == StepOutcome::damped) ++damped_;
-    if (last_.outcome == StepOutcome::stopped) ++stopped_;
-    left_out_ += last_.left_out;
+    ++counts_.steps;
+    if (last_.outcome == StepOutcome::damped) ++counts_.damped;
+    if (last_.outcome == StepOutcome::stopped) ++counts_.stopped;
+    counts_.left_out += last_.left_out;
     from = to;
   }
   used_ = newest_;
@@ -327,25 +337,6 @@ void DeformableDynamics::send_expected() {
   const Time now = std::max(device.latest()->stamp.valid, used_.stamp.valid);
   const double ahead = (now - used_.stamp.valid).seconds();
   expected.send(now, moved_on(bodies_, ahead));
-}
-
-void DeformableDynamics::report(Report& report) const {
-  const DeformableCounts& counts = step_->counts();
-  const auto mean = [&counts](std::int64_t n) {
-    return counts.steps > 0 ? static_cast<double>(n) / static_cast<double>(counts.steps) : 0.0;
-  };
-  report.add("dynamics_steps", static_cast<double>(steps_));
-  report.add("dynamics_damped_steps", static_cast<double>(damped_));
-  report.add("dynamics_stopped_steps", static_cast<double>(stopped_));
-  report.add("dynamics_contacts_left_out", static_cast<double>(left_out_));
-  report.add("dynamics_rejected_samples", static_cast<double>(refused_.refused()));
-  report.set("deformable.iterations", mean(counts.iterations));
-  report.set("deformable.factors", mean(counts.factors + condensation_->factors()));
-  if (params_.reuse_factors) report.set("deformable.updates", mean(counts.updates));
-  report.set("deformable.unsent_patches", static_cast<double>(unsent_));
-  if (params_.integrator == Integrator::midpoint) {
-    report.set("deformable.euler_steps", static_cast<double>(counts.by_euler));
-  }
 }
 
 }  // namespace tactor

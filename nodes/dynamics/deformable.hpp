@@ -38,8 +38,8 @@ class DeformableDynamics final : public Node, public Refusing {
   ~DeformableDynamics() override;
   static NodeInfo declare();
   void step(StepContext& context) override;
-  void report(Report& report) const override;
   [[nodiscard]] const Refusals& refusals() const override { return refused_; }
+  [[nodiscard]] const DynamicsCounts& counts() const { return counts_; }
 
   Input<ContactSet> contacts;
   Input<DeviceState> device;
@@ -51,6 +51,8 @@ class DeformableDynamics final : public Node, public Refusing {
   Output<BodyStates> expected;
 
  private:
+  static void declare_metrics(Declare<DeformableDynamics>& d);
+  [[nodiscard]] double mean_of_a_step(std::int64_t count) const;
   bool take_samples(Time until);
   void begin(const CouplingParameters& spring);
   void advance(const CouplingParameters& spring, const ContactPlanes& planes);
@@ -70,7 +72,8 @@ class DeformableDynamics final : public Node, public Refusing {
   Stamped<DeviceState> next_;    // beyond that time, where `waiting_`
   bool begun_ = false, waiting_ = false, has_newest_ = false;
   StepResult last_{.outcome = StepOutcome::converged};
-  std::int64_t steps_ = 0, damped_ = 0, stopped_ = 0, left_out_ = 0, unsent_ = 0;
+  DynamicsCounts counts_;
+  std::int64_t unsent_ = 0;
   Refusals refused_{"samples"};
 };
 

@@ -164,10 +164,10 @@ void DynamicsNode::advance(const Stamped<DeviceState>& sample, const CouplingPar
       if (estimate < 0.25 * tolerance) substep_ = std::min(params_.substep, std::max(substep_, 1.5 * h));
     }
     last_ = tried_;
-    ++steps_;
-    if (last_.outcome == StepOutcome::damped) ++damped_;
-    if (last_.outcome == StepOutcome::stopped) ++stopped_;
-    left_out_ += last_.left_out;
+    ++counts_.steps;
+    if (last_.outcome == StepOutcome::damped) ++counts_.damped;
+    if (last_.outcome == StepOutcome::stopped) ++counts_.stopped;
+    counts_.left_out += last_.left_out;
     error += estimate;
     observe(spring, planes, to, last_.work);
     from = to;
@@ -202,22 +202,6 @@ void DynamicsNode::observe(const CouplingParameters& spring, const ContactPlanes
   const Energy now = system_energy(model, spring, handle, planes, bodies_);
   observer_.observe(now.total() - energy_, work, now.kinetic + now.spring + now.contact);
   energy_ = now.total() - observer_.dissipate(params_.dissipate_above, now.kinetic, bodies_);
-}
-
-void DynamicsNode::report(Report& report) const {
-  report.add("dynamics_steps", static_cast<double>(steps_));
-  report.add("dynamics_damped_steps", static_cast<double>(damped_));
-  report.add("dynamics_stopped_steps", static_cast<double>(stopped_));
-  report.add("dynamics_contacts_left_out", static_cast<double>(left_out_));
-  report.add("dynamics_rejected_samples", static_cast<double>(refused_.refused()));
-  report.set("dynamics_energy_generated_J", observer_.generated());
-  report.set("dynamics_energy_generated_max_J", observer_.largest());
-  report.set("dynamics_energy_dissipated_J", observer_.dissipated());
-  report.set("dynamics_energy_taken_J", observer_.taken());
-  if (params_.error_estimate || params_.substep_tolerance > 0) {
-    report.set("dynamics_position_error_max_m", error_max_);
-    report.set("dynamics_position_error_mean_m", samples_ > 0 ? error_sum_ / static_cast<double>(samples_) : 0.0);
-  }
 }
 
 }  // namespace tactor

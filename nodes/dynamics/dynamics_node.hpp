@@ -30,6 +30,14 @@ struct InertialParams : DynamicsParams {
   Integrator integrator = Integrator::implicit_euler;
 };
 
+/// How often things happened in the sub-steps of a run.
+struct DynamicsCounts {
+  std::int64_t steps = 0;
+  std::int64_t damped = 0;    ///< Newton's method did not solve them
+  std::int64_t stopped = 0;   ///< nothing solved them
+  std::int64_t left_out = 0;  ///< contacts that could not be used
+};
+
 /// Sub-steps the bodies through the samples of the handle (rigid_step.hpp has the equations). Each interval between two
 /// samples is cut into equal sub-steps of at most `substep`, with the handle moving steadily from one to the other.
 /// A state is stamped with the time of the last sample it used.
@@ -42,8 +50,15 @@ struct InertialParams : DynamicsParams {
 class DynamicsNode : public Node, public Refusing {
  public:
   void step(StepContext& context) override;
-  void report(Report& report) const override;
   [[nodiscard]] const Refusals& refusals() const override { return refused_; }
+  [[nodiscard]] const DynamicsCounts& counts() const { return counts_; }
+  /// The energy that steps and contacts made and lost.
+  [[nodiscard]] const PassivityObserver& observer() const { return observer_; }
+  /// m, that a sample of the handle adds, estimated; zero without an estimate.
+  [[nodiscard]] double position_error_max() const { return error_max_; }
+  [[nodiscard]] double position_error_mean() const {
+    return samples_ > 0 ? error_sum_ / static_cast<double>(samples_) : 0.0;
+  }
 
   Input<ContactSet> contacts;
   Input<DeviceState> device;
@@ -84,10 +99,7 @@ class DynamicsNode : public Node, public Refusing {
   PassivityObserver observer_;
   double error_sum_ = 0, error_max_ = 0;  // m
   std::int64_t samples_ = 0;
-  std::int64_t steps_ = 0;
-  std::int64_t damped_ = 0;
-  std::int64_t stopped_ = 0;
-  std::int64_t left_out_ = 0;
+  DynamicsCounts counts_;
   Refusals refused_{"samples"};
 };
 

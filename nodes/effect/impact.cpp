@@ -173,13 +173,14 @@ NodeInfo Impact::declare() {
              .as_in = Role::device});
   declare_model(d)
       .haptic_rate(&Params::rate, {.doc = "ticks per second"})
-      .metric("impact.events", "1", "vibrations that were begun", Better::neither)
+      .metric("impact.events", "1", "vibrations that were begun", Better::neither, &Impact::events_)
       .metric("impact.limited_events", "1", "vibrations that were made smaller for `force_max` or `force_slew`",
-              Better::lower)
-      .metric("impact.limited_ticks", "1", "ticks at which the sum was cut at `force_max`", Better::lower)
-      .metric("impact.peak_N", "N", "largest force that was added", Better::neither)
+              Better::lower, &Impact::limited_events_)
+      .metric("impact.limited_ticks", "1", "ticks at which the sum was cut at `force_max`", Better::lower,
+              &Impact::limited_ticks_)
+      .metric("impact.peak_N", "N", "largest force that was added", Better::neither, &Impact::largest_)
       .metric("impact.match_error", "1", "RMS of the acceleration that the linear device misses, of that wanted",
-              Better::lower);
+              Better::lower, [](const Impact& self) { return self.match_.error; });
   d.unread_when({"amplitude", "frequency", "decay"}, [](const Params& p, const ParamUse&) {
     return std::string(p.profile.rows() > 0 ? "profile is given" : "");
   });
@@ -254,14 +255,6 @@ void Impact::step(StepContext& context) {
   largest_ = std::max(largest_, norm(added));
   const bool limited = stage_.add(now, added, sum(1), force_max_, segment);
   if (stage_.is_first_of_tick(now) && limited) ++limited_ticks_;
-}
-
-void Impact::report(Report& report) const {
-  report.set("impact.events", static_cast<double>(events_));
-  report.set("impact.limited_events", static_cast<double>(limited_events_));
-  report.set("impact.limited_ticks", static_cast<double>(limited_ticks_));
-  report.set("impact.peak_N", largest_);
-  report.set("impact.match_error", match_.error);
 }
 
 }  // namespace tactor

@@ -36,8 +36,6 @@ class Impact final : public Node {
   Impact(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  /// `impact.events`, `impact.limited_events`, `impact.limited_ticks`, `impact.peak_N`, `impact.match_error`.
-  void report(Report& report) const override;
 
   Input<ForceSegment> base;
   Input<DeviceState> device;

@@ -68,10 +68,14 @@ NodeInfo Texture::declare() {
              .min = 0,
              .max = 10})
       .haptic_rate(&Params::rate, {.doc = "ticks per second"})
-      .metric("texture.sliding_ticks", "1", "ticks with contact and motion", Better::neither)
-      .metric("texture.rms_N", "N", "RMS of what was added at those", Better::neither)
-      .metric("texture.peak_N", "N", "largest that was added", Better::neither)
-      .metric("texture.limited_ticks", "1", "ticks at which the sum was cut at `force_max`", Better::lower);
+      .metric("texture.sliding_ticks", "1", "ticks with contact and motion", Better::neither, &Texture::ticks_)
+      .metric("texture.rms_N", "N", "RMS of what was added at those", Better::neither,
+              [](const Texture& self) {
+                return self.ticks_ > 0 ? std::sqrt(self.squares_ / static_cast<double>(self.ticks_)) : 0.0;
+              })
+      .metric("texture.peak_N", "N", "largest that was added", Better::neither, &Texture::largest_)
+      .metric("texture.limited_ticks", "1", "ticks at which the sum was cut at `force_max`", Better::lower,
+              &Texture::limited_ticks_);
   return d.info();
 }
 
@@ -115,13 +119,6 @@ void Texture::step(StepContext& context) {
   squares_ += dot(added, added);
   largest_ = std::max(largest_, norm(added));
   if (limited) ++limited_ticks_;
-}
-
-void Texture::report(Report& report) const {
-  report.set("texture.sliding_ticks", static_cast<double>(ticks_));
-  report.set("texture.rms_N", ticks_ > 0 ? std::sqrt(squares_ / static_cast<double>(ticks_)) : 0.0);
-  report.set("texture.peak_N", largest_);
-  report.set("texture.limited_ticks", static_cast<double>(limited_ticks_));
 }
 
 }  // namespace tactor

@@ -32,8 +32,6 @@ class Texture final : public Node {
   Texture(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  /// `texture.sliding_ticks`, `texture.rms_N`, `texture.peak_N`, `texture.limited_ticks`.
-  void report(Report& report) const override;
 
   Input<ForceSegment> base;
   Input<DeviceState> device;

@@ -354,15 +354,10 @@ void Protocol::show(Time now) {
 }
 
 void Protocol::report(Report& report) const {
-  report.set("experiment.trials", trials_);
-  if (wanted.connected()) report.set("experiment.limited_trials", limited_trials_);
-  if (limited_trials_ > 0) {
-    report.remark(name_ + ": in " + std::to_string(limited_trials_) +
-                  " trials the device displayed less force than was wanted, so levels may have felt alike; see "
-                  "limited_1 and limited_2 in the table");
-  }
-  if (params_.procedure != Procedure::staircase || params_.conditions.size() > 1) return;
-  if (const auto threshold = schedule_.threshold()) report.set("experiment.threshold", *threshold);
+  if (limited_trials_ == 0) return;
+  report.remark(name_ + ": in " + std::to_string(limited_trials_) +
+                " trials the device displayed less force than was wanted, so levels may have felt alike; see "
+                "limited_1 and limited_2 in the table");
 }
 
 }  // namespace tactor

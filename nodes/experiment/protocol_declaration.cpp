@@ -338,12 +338,16 @@ NodeInfo Protocol::declare() {
       .output("screen", &Protocol::screen, "what a participant may see")
       .output("question", &Protocol::question, "the questions for a simulated observer")
       .output("row", &Protocol::row, "the rows of the table")
-      .metric("experiment.trials", "1", "trials that were answered", Better::neither)
+      .metric("experiment.trials", "1", "trials that were answered", Better::neither, &Protocol::trials_)
       .metric("experiment.limited_trials", "1",
               "trials in which the device displayed less than was wanted, so that levels may have felt alike",
-              Better::lower)
+              Better::lower,
+              [](const Protocol& self) {
+                return self.wanted.connected() ? std::optional<double>(self.limited_trials_) : std::nullopt;
+              })
       .missing_where("nothing feeds `wanted`")
-      .metric("experiment.threshold", "1", "the threshold of the staircase, in the unit of the level", Better::neither)
+      .metric("experiment.threshold", "1", "the threshold of the staircase, in the unit of the level", Better::neither,
+              [](const Protocol& self) { return self.schedule_.threshold(); })
       .left_out_when([](const Params& params, const MetricUse&) {
         if (params.procedure != Procedure::staircase) return std::string("the procedure is no staircase");
         return std::string(params.conditions.size() > 1 ? "there are several conditions, and the run is blind" : "");

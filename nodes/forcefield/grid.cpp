@@ -69,14 +69,20 @@ NodeInfo GridForceField::declare() {
              .above_min = true})
       .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .role(Role::force_field)
-      .metric("forcefield.nodes_stored", "1", "grid nodes that were stored", Better::neither)
-      .metric("forcefield.nodes_evicted", "1", "grid nodes that had to make room for others", Better::lower)
-      .metric("forcefield.memory_bytes", "byte", "memory of the grid", Better::lower)
-      .metric("forcefield.stored_ticks", "1", "ticks at which all nodes around the device were stored", Better::higher)
+      .metric("forcefield.nodes_stored", "1", "grid nodes that were stored", Better::neither,
+              [](const GridForceField& self) { return self.grid_.stored(); })
+      .metric("forcefield.nodes_evicted", "1", "grid nodes that had to make room for others", Better::lower,
+              [](const GridForceField& self) { return self.grid_.evicted(); })
+      .metric("forcefield.memory_bytes", "byte", "memory of the grid", Better::lower,
+              [](const GridForceField& self) { return self.grid_.memory_bytes(); })
+      .metric("forcefield.stored_ticks", "1", "ticks at which all nodes around the device were stored", Better::higher,
+              &GridForceField::stored_ticks_)
       .metric("forcefield.extrapolated_ticks", "1", "ticks at which some nodes around the device were extrapolated",
-              Better::lower)
-      .metric("forcefield.held_ticks", "1", "ticks that held the newest physics force", Better::lower)
-      .metric("forcefield.rejected_samples", "1", "forces that could not be stored", Better::lower);
+              Better::lower, &GridForceField::extrapolated_ticks_)
+      .metric("forcefield.held_ticks", "1", "ticks that held the newest physics force", Better::lower,
+              &GridForceField::held_ticks_)
+      .metric("forcefield.rejected_samples", "1", "forces that could not be stored", Better::lower,
+              &GridForceField::rejected_);
   return d.info();
 }
 
@@ -113,16 +119,6 @@ void GridForceField::step(StepContext& context) {
       break;
   }
   segment.send(newest_.stamp.valid, constant_segment(context.now(), {limited(look.force, force_max_), {}}));
-}
-
-void GridForceField::report(Report& report) const {
-  report.set("forcefield.nodes_stored", static_cast<double>(grid_.stored()));
-  report.set("forcefield.nodes_evicted", static_cast<double>(grid_.evicted()));
-  report.set("forcefield.memory_bytes", static_cast<double>(grid_.memory_bytes()));
-  report.set("forcefield.stored_ticks", static_cast<double>(stored_ticks_));
-  report.set("forcefield.extrapolated_ticks", static_cast<double>(extrapolated_ticks_));
-  report.set("forcefield.held_ticks", static_cast<double>(held_ticks_));
-  report.set("forcefield.rejected_samples", static_cast<double>(rejected_));
 }
 
 }  // namespace tactor

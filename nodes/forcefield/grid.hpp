@@ -26,7 +26,6 @@ class GridForceField final : public Node {
   GridForceField(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  void report(Report& report) const override;
 
   Input<DeviceState> device;
   Input<Wrench> force;

@@ -31,6 +31,27 @@ GodObject::Options options_of(const ProxyForceField::Params& params, const NodeC
 
 }  // namespace
 
+void ProxyForceField::declare_metrics(Declare<ProxyForceField>& d) {
+  d.metric("proxy.contacts_most", "1", "planes that pushed at once, most", Better::neither,
+           &ProxyForceField::contacts_most_)
+      .metric("proxy.lost_samples", "1", "samples without a place outside of all bodies", Better::lower,
+              &ProxyForceField::lost_)
+      .metric("proxy.unfinished_moves", "1", "samples at which `most_casts` ended the move", Better::lower,
+              &ProxyForceField::unfinished_)
+      .metric("proxy.starved_moves", "1", "samples at which `most_looks` ended the move", Better::lower,
+              &ProxyForceField::starved_)
+      .metric("proxy.rejected_samples", "1", "samples that were not finite, or too late", Better::lower,
+              [](const ProxyForceField& self) { return self.refused_.refused(); })
+      .metric("proxy.casts_mean", "1", "ways looked along at a sample, mean", Better::lower,
+              [](const ProxyForceField& self) {
+                return self.moves_ > 0 ? static_cast<double>(self.casts_) / static_cast<double>(self.moves_) : 0.0;
+              })
+      .metric("proxy.casts_most", "1", "ways looked along at a sample, most", Better::lower,
+              &ProxyForceField::casts_most_)
+      .metric("proxy.looks_most", "1", "faces and boxes about them looked at for a sample, most", Better::lower,
+              &ProxyForceField::looks_most_);
+}
+
 NodeInfo ProxyForceField::declare() {
   Declare<ProxyForceField> d(proxy_type, "A spring to a proxy that the fixed bodies of the scene keep outside.");
   d.details(
@@ -93,15 +114,8 @@ NodeInfo ProxyForceField::declare() {
              .min = 0,
              .above_min = true})
       .haptic_rate(&Params::rate, {.doc = "ticks per second"})
-      .role(Role::force_field)
-      .metric("proxy.contacts_most", "1", "planes that pushed at once, most", Better::neither)
-      .metric("proxy.lost_samples", "1", "samples without a place outside of all bodies", Better::lower)
-      .metric("proxy.unfinished_moves", "1", "samples at which `most_casts` ended the move", Better::lower)
-      .metric("proxy.starved_moves", "1", "samples at which `most_looks` ended the move", Better::lower)
-      .metric("proxy.rejected_samples", "1", "samples that were not finite, or too late", Better::lower)
-      .metric("proxy.casts_mean", "1", "ways looked along at a sample, mean", Better::lower)
-      .metric("proxy.casts_most", "1", "ways looked along at a sample, most", Better::lower)
-      .metric("proxy.looks_most", "1", "faces and boxes about them looked at for a sample, most", Better::lower);
+      .role(Role::force_field);
+  declare_metrics(d);
   d.unread_when({"crease"},
                 [](const Params& p, const ParamUse&) { return std::string(p.shading ? "" : "shading is false"); });
   return d.info();
@@ -166,17 +180,6 @@ void ProxyForceField::step(StepContext& context) {
   told.contact_T_W = shown;
   told.contacts = proxy_.contacts();
   state.send(valid, told);
-}
-
-void ProxyForceField::report(Report& report) const {
-  report.set("proxy.contacts_most", contacts_most_);
-  report.set("proxy.lost_samples", static_cast<double>(lost_));
-  report.set("proxy.unfinished_moves", static_cast<double>(unfinished_));
-  report.set("proxy.starved_moves", static_cast<double>(starved_));
-  report.set("proxy.rejected_samples", static_cast<double>(refused_.refused()));
-  report.set("proxy.casts_mean", moves_ > 0 ? static_cast<double>(casts_) / static_cast<double>(moves_) : 0.0);
-  report.set("proxy.casts_most", casts_most_);
-  report.set("proxy.looks_most", looks_most_);
 }
 
 }  // namespace tactor

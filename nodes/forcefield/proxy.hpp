@@ -36,9 +36,6 @@ class ProxyForceField final : public Node, public Refusing {
   ProxyForceField(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  /// `proxy.contacts_most`, `proxy.lost_samples`, `proxy.unfinished_moves`, `proxy.starved_moves`,
-  /// `proxy.rejected_samples`, `proxy.casts_mean`, `proxy.casts_most`, `proxy.looks_most`.
-  void report(Report& report) const override;
   [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<DeviceState> device;
@@ -47,6 +44,7 @@ class ProxyForceField final : public Node, public Refusing {
   Output<PhysicsState> state;
 
  private:
+  static void declare_metrics(Declare<ProxyForceField>& d);
   void go_to(const Stamped<DeviceState>& sample);
   [[nodiscard]] Vec3 shown_force() const;
 

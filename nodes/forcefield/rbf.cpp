@@ -158,15 +158,24 @@ NodeInfo RbfForceField::declare() {
       .formerly("coupling", "law")
       .check(check)
       .role(Role::force_field)
-      .metric("forcefield.centres", "1", "basis functions", Better::neither)
-      .metric("forcefield.memory_bytes", "byte", "memory of the field", Better::lower)
-      .metric("forcefield.solver_residual", "1", "residual of the fit's linear system, relative", Better::lower)
-      .metric("forcefield.residual_median_N", "N", "median error at points that were not fitted", Better::lower)
-      .metric("forcefield.residual_rms_N", "N", "RMS error at points that were not fitted", Better::lower)
-      .metric("forcefield.residual_max_N", "N", "largest error at points that were not fitted", Better::lower)
-      .metric("forcefield.unsettled_samples", "1", "lattice points at which no balance was found", Better::lower)
-      .metric("forcefield.outside_ticks", "1", "ticks at which the device was outside the region", Better::neither)
-      .metric("forcefield.rejected_samples", "1", "samples of the device that were not usable", Better::lower);
+      .metric("forcefield.centres", "1", "basis functions", Better::neither,
+              [](const RbfForceField& self) { return self.field_.centres(); })
+      .metric("forcefield.memory_bytes", "byte", "memory of the field", Better::lower,
+              [](const RbfForceField& self) { return self.field_.memory_bytes(); })
+      .metric("forcefield.solver_residual", "1", "residual of the fit's linear system, relative", Better::lower,
+              &RbfForceField::solver_residual_)
+      .metric("forcefield.residual_median_N", "N", "median error at points that were not fitted", Better::lower,
+              &RbfForceField::residual_median_)
+      .metric("forcefield.residual_rms_N", "N", "RMS error at points that were not fitted", Better::lower,
+              &RbfForceField::residual_rms_)
+      .metric("forcefield.residual_max_N", "N", "largest error at points that were not fitted", Better::lower,
+              &RbfForceField::residual_max_)
+      .metric("forcefield.unsettled_samples", "1", "lattice points at which no balance was found", Better::lower,
+              &RbfForceField::unsettled_)
+      .metric("forcefield.outside_ticks", "1", "ticks at which the device was outside the region", Better::neither,
+              &RbfForceField::outside_ticks_)
+      .metric("forcefield.rejected_samples", "1", "samples of the device that were not usable", Better::lower,
+              [](const RbfForceField& self) { return self.refused_.refused(); });
   return d.info();
 }
 
@@ -243,18 +252,6 @@ void RbfForceField::step(StepContext& context) {
   }
   const Vec3 force = at(newest_.value.X_WD.p, spring->value);
   segment.send(newest_.stamp.valid, constant_segment(context.now(), {limited(force, spring->value.force_max), {}}));
-}
-
-void RbfForceField::report(Report& report) const {
-  report.set("forcefield.centres", static_cast<double>(field_.centres()));
-  report.set("forcefield.memory_bytes", static_cast<double>(field_.memory_bytes()));
-  report.set("forcefield.solver_residual", solver_residual_);
-  report.set("forcefield.residual_median_N", residual_median_);
-  report.set("forcefield.residual_rms_N", residual_rms_);
-  report.set("forcefield.residual_max_N", residual_max_);
-  report.set("forcefield.unsettled_samples", static_cast<double>(unsettled_));
-  report.set("forcefield.outside_ticks", static_cast<double>(outside_ticks_));
-  report.set("forcefield.rejected_samples", static_cast<double>(refused_.refused()));
 }
 
 }  // namespace tactor

@@ -35,7 +35,6 @@ class RbfForceField final : public Node, public Refusing {
   static NodeInfo declare();
   /// Throws InputError at a coupling of another stiffness than k_t.
   void step(StepContext& context) override;
-  void report(Report& report) const override;
   [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<DeviceState> device;

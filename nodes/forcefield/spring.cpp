@@ -36,7 +36,8 @@ NodeInfo SpringForceField::declare() {
             {.doc = "x_0, where the spring is slack", .unit = "m", .default_value = 0, .min = -10, .max = 10})
       .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .role(Role::force_field)
-      .metric("forcefield.rejected_samples", "1", "samples of the device that were not usable", Better::lower)
+      .metric("forcefield.rejected_samples", "1", "samples of the device that were not usable", Better::lower,
+              [](const SpringForceField& self) { return self.refused_.refused(); })
       .info();
 }
 
@@ -70,10 +71,6 @@ void SpringForceField::take(Time now, const Stamped<DeviceState>& sample) {
 void SpringForceField::step(StepContext& context) {
   Stamped<DeviceState> sample;
   while (samples_.next(device, sample)) take(context.now(), sample);
-}
-
-void SpringForceField::report(Report& report) const {
-  report.set("forcefield.rejected_samples", static_cast<double>(refused_.refused()));
 }
 
 }  // namespace tactor

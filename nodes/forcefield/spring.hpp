@@ -33,7 +33,6 @@ class SpringForceField final : public Node, public Refusing {
   SpringForceField(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  void report(Report& report) const override;
   [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<DeviceState> device;

@@ -38,7 +38,8 @@ NodeInfo Blend::declare() {
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
       .role(Role::interpolation)
-      .metric("interpolation.late", "1", "forecasts that came after the last step of the one before", Better::lower)
+      .metric("interpolation.late", "1", "forecasts that came after the last step of the one before", Better::lower,
+              &Blend::late_)
       .info();
 }
 
@@ -61,10 +62,6 @@ void Blend::step(StepContext& context) {
     shown_ = quintic_between(now, tick_, from, aim + decayed_thrice(difference, tick_.seconds(), tau));
   }
   segment.send(newest->stamp.valid, shown_);
-}
-
-void Blend::report(Report& report) const {
-  report.set("interpolation.late", static_cast<double>(late_));
 }
 
 }  // namespace tactor

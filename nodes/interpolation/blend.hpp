@@ -23,8 +23,6 @@ class Blend final : public Node {
   static NodeInfo declare();
   void step(StepContext& context) override;
   void tune(const Params& params) { params_.blend_time = params.blend_time; }
-  /// `interpolation.late`: ticks later than the last step of the newest forecast.
-  void report(Report& report) const override;
 
   Input<Forecast> forecast;
   Output<ForceSegment> segment;

@@ -55,8 +55,10 @@ NodeInfo BSpline::declare() {
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
       .role(Role::interpolation)
-      .metric("interpolation.late", "1", "forecasts that came after the end of the segment", Better::lower)
-      .metric("interpolation.early", "1", "forecasts that came before the end of the segment", Better::neither)
+      .metric("interpolation.late", "1", "forecasts that came after the end of the segment", Better::lower,
+              &BSpline::late_)
+      .metric("interpolation.early", "1", "forecasts that came before the end of the segment", Better::neither,
+              &BSpline::early_)
       .info();
 }
 
@@ -92,11 +94,6 @@ void BSpline::step(StepContext& context) {
   }
   any_ = true;
   segment.send(newest->stamp.valid, curve_);
-}
-
-void BSpline::report(Report& report) const {
-  report.set("interpolation.late", static_cast<double>(late_));
-  report.set("interpolation.early", static_cast<double>(early_));
 }
 
 }  // namespace tactor

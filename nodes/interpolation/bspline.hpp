@@ -31,8 +31,6 @@ class BSpline final : public Node {
   BSpline(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  /// `interpolation.late` and `interpolation.early`: forecasts that came after, or before, the end of the segment.
-  void report(Report& report) const override;
 
   Input<Forecast> forecast;
   Output<ForceSegment> segment;

@@ -48,14 +48,22 @@ NodeInfo Direct::declare() {
   declare_rollout(node);
   declare_query(node, 2000, "the step does not fit");
   return node.role(Role::interpolation)
-      .metric("direct.ticks", "1", "ticks that showed the force of a step of their own", Better::neither)
-      .metric("direct.fallback_ticks", "1", "ticks that showed `otherwise`, from the first step on", Better::lower)
-      .metric("fallbacks", "1", "ticks that showed `otherwise`, from the first step on", Better::lower)
+      .metric("direct.ticks", "1", "ticks that showed the force of a step of their own", Better::neither,
+              &Direct::ticks_)
+      .metric("direct.fallback_ticks", "1", "ticks that showed `otherwise`, from the first step on", Better::lower,
+              &Direct::fallback_ticks_)
+      .metric("fallbacks", "1", "ticks that showed `otherwise`, from the first step on", Better::lower,
+              &Direct::fallback_ticks_)
       .summed()
-      .metric("direct.rejected_results", "1", "results and couplings that were not usable", Better::lower)
-      .metric("direct.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
-      .metric("direct.work_mean", "1", "work of the contact query of a step, mean", Better::lower)
-      .metric("direct.work_most", "1", "work of the contact query of a step, most", Better::lower)
+      .metric("direct.rejected_results", "1", "results and couplings that were not usable", Better::lower,
+              [](const Direct& self) { return self.refused_.refused(); })
+      .metric("direct.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower,
+              [](const Direct& self) { return self.track_.rejected(); })
+      .metric("direct.work_mean", "1", "work of the contact query of a step, mean", Better::lower,
+              [](const Direct& self) {
+                return self.steps_ > 0 ? static_cast<double>(self.work_) / static_cast<double>(self.steps_) : 0.0;
+              })
+      .metric("direct.work_most", "1", "work of the contact query of a step, most", Better::lower, &Direct::most_work_)
       .info();
 }
 
@@ -209,16 +217,6 @@ void Direct::step(StepContext& context) {
   ForceSegment shown = blended_.go_on(now, aim_, later_, changed_);
   shown.trust_time = trust_time_;
   segment.send(valid_, shown);
-}
-
-void Direct::report(Report& report) const {
-  report.set("direct.ticks", static_cast<double>(ticks_));
-  report.set("direct.fallback_ticks", static_cast<double>(fallback_ticks_));
-  report.add("fallbacks", static_cast<double>(fallback_ticks_));
-  report.set("direct.rejected_results", static_cast<double>(refused_.refused()));
-  report.set("direct.rejected_samples", static_cast<double>(track_.rejected()));
-  report.set("direct.work_mean", steps_ > 0 ? static_cast<double>(work_) / static_cast<double>(steps_) : 0.0);
-  report.set("direct.work_most", static_cast<double>(most_work_));
 }
 
 }  // namespace tactor

@@ -39,9 +39,6 @@ class Direct final : public Node, public Refusing {
   Direct(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  /// `direct.ticks`, `direct.fallback_ticks` (added to `fallbacks`), `direct.rejected_results`,
-  /// `direct.rejected_samples`, `direct.work_mean`, `direct.work_most`.
-  void report(Report& report) const override;
   [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<DeviceState> device;

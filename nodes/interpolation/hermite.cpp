@@ -43,8 +43,10 @@ NodeInfo declare_hermite(const char* type, const char* summary, const std::strin
       .cheaper("interpolation.linear")
       .cheaper("interpolation.none")
       .role(Role::interpolation)
-      .metric("interpolation.late", "1", "forecasts that came after the end of the segment", Better::lower)
-      .metric("interpolation.early", "1", "forecasts that came before the end of the segment", Better::neither)
+      .metric("interpolation.late", "1", "forecasts that came after the end of the segment", Better::lower,
+              &Hermite::late)
+      .metric("interpolation.early", "1", "forecasts that came before the end of the segment", Better::neither,
+              &Hermite::early)
       .info();
 }
 
@@ -75,11 +77,6 @@ void Hermite::step(StepContext& context) {
   const ForceState to = curve.at(now + period);
   shown_ = between_(now, period, entered(displayed(shown_, now), shown_.end - shown_.begin, period), to);
   segment.send(newest->stamp.valid, shown_);
-}
-
-void Hermite::report(Report& report) const {
-  report.set("interpolation.late", static_cast<double>(late_));
-  report.set("interpolation.early", static_cast<double>(early_));
 }
 
 }  // namespace tactor

@@ -15,8 +15,9 @@ class Hermite : public Node {
     CurveShape shape = CurveShape::cubic;
   };
   void step(StepContext& context) override;
-  /// `interpolation.late` and `interpolation.early`: forecasts that came after, or before, the end of the segment.
-  void report(Report& report) const override;
+  /// Forecasts that came after the end of the segment, and before it.
+  [[nodiscard]] std::int64_t late() const { return late_; }
+  [[nodiscard]] std::int64_t early() const { return early_; }
 
   Input<Forecast> forecast;
   Output<ForceSegment> segment;

@@ -21,41 +21,6 @@ constexpr std::size_t most_steps = 4;
 /// N, differences from physics that count as none.
 constexpr double estimate_noise = 0.01;
 
-void declare_metrics(Declare<Rollout>& node) {
-  const auto looks_for_none = [](const Rollout::Params& p, const MetricUse&) {
-    const bool looks = p.contacts == SurfaceOptions::From::surface;
-    return std::string(looks ? "" : "contacts is anchors: no contacts are searched");
-  };
-  node.metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither)
-      .metric("rollout.jacobian_ticks", "1", "ticks that fell back to the Jacobian", Better::lower)
-      .metric("rollout.forecast_ticks", "1", "ticks that fell back to the forecast", Better::lower)
-      .metric("rollout.held_ticks", "1", "ticks that held a force", Better::lower)
-      .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower)
-      .summed()
-      .metric("rollout.outdone_ticks", "1", "of the fallbacks, ticks at which another force has been nearer to physics",
-              Better::lower)
-      .metric("rollout.estimated_error_N", "N", "estimate of the rollout's error at the end, by physics' results",
-              Better::lower)
-      .metric("rollout.estimated_hold_error_N", "N", "the same of a hold", Better::neither)
-      .metric("rollout.rejected_models", "1", "models that were not usable", Better::lower)
-      .metric("rollout.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
-      .metric("rollout.disagreements", "1", "times that the tool went to where physics kept having it", Better::lower)
-      .left_out_when([](const Rollout::Params& p, const MetricUse&) {
-        const bool may_keep =
-            p.contacts == SurfaceOptions::From::surface && p.restart == Rollout::Params::Restart::on_disagreement;
-        return std::string(may_keep ? "" : "the tool goes back to every result");
-      })
-      .metric("rollout.anchored_steps", "1", "steps on the contacts that came with the result", Better::lower)
-      .left_out_when([](const Rollout::Params& p, const MetricUse&) {
-        return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors: all steps are");
-      })
-      .metric("rollout.work_mean", "1", "work of the contact query of a step, mean", Better::lower)
-      .left_out_when(looks_for_none)
-      .metric("rollout.work_most", "1", "work of the contact query of a step, most", Better::lower)
-      .left_out_when(looks_for_none)
-      .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower);
-}
-
 /// When the tool goes to where physics has it, and when another force is displayed.
 void declare_restart(Declare<Rollout>& node) {
   using Params = Rollout::Params;
@@ -94,6 +59,63 @@ void declare_restart(Declare<Rollout>& node) {
 }
 
 }  // namespace
+
+void Rollout::declare_metrics(Declare<Rollout>& node) {
+  const auto looks_for_none = [](const Rollout::Params& p, const MetricUse&) {
+    const bool looks = p.contacts == SurfaceOptions::From::surface;
+    return std::string(looks ? "" : "contacts is anchors: no contacts are searched");
+  };
+  node.metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither,
+              [](const Rollout& self) { return self.ticks_[static_cast<std::size_t>(Source::rollout)]; })
+      .metric("rollout.jacobian_ticks", "1", "ticks that fell back to the Jacobian", Better::lower,
+              [](const Rollout& self) { return self.ticks_[static_cast<std::size_t>(Source::jacobian)]; })
+      .metric("rollout.forecast_ticks", "1", "ticks that fell back to the forecast", Better::lower,
+              [](const Rollout& self) { return self.ticks_[static_cast<std::size_t>(Source::forecast)]; })
+      .metric("rollout.held_ticks", "1", "ticks that held a force", Better::lower,
+              [](const Rollout& self) { return self.ticks_[static_cast<std::size_t>(Source::held)]; })
+      .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower,
+              [](const Rollout& self) {
+                return self.ticks_[static_cast<std::size_t>(Source::jacobian)] +
+                       self.ticks_[static_cast<std::size_t>(Source::forecast)] +
+                       self.ticks_[static_cast<std::size_t>(Source::held)];
+              })
+      .summed()
+      .metric("rollout.outdone_ticks", "1", "of the fallbacks, ticks at which another force has been nearer to physics",
+              Better::lower, &Rollout::outdone_ticks_)
+      .metric("rollout.estimated_error_N", "N", "estimate of the rollout's error at the end, by physics' results",
+              Better::lower, [](const Rollout& self) { return self.estimate_.error(rolled); })
+      .metric("rollout.estimated_hold_error_N", "N", "the same of a hold", Better::neither,
+              [](const Rollout& self) { return self.estimate_.error(held_result); })
+      .metric("rollout.rejected_models", "1", "models that were not usable", Better::lower,
+              [](const Rollout& self) { return self.refused_.refused(); })
+      .metric("rollout.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower,
+              [](const Rollout& self) { return self.track_.rejected(); })
+      .metric("rollout.disagreements", "1", "times that the tool went to where physics kept having it", Better::lower,
+              &Rollout::disagreements_)
+      .left_out_when([](const Rollout::Params& p, const MetricUse&) {
+        const bool may_keep =
+            p.contacts == SurfaceOptions::From::surface && p.restart == Rollout::Params::Restart::on_disagreement;
+        return std::string(may_keep ? "" : "the tool goes back to every result");
+      })
+      .metric("rollout.anchored_steps", "1", "steps on the contacts that came with the result", Better::lower,
+              &Rollout::steps_on_anchors_)
+      .left_out_when([](const Rollout::Params& p, const MetricUse&) {
+        return std::string(p.contacts == SurfaceOptions::From::surface ? "" : "contacts is anchors: all steps are");
+      })
+      .metric("rollout.work_mean", "1", "work of the contact query of a step, mean", Better::lower,
+              [](const Rollout& self) {
+                return self.steps_ > 0 ? static_cast<double>(self.work_) / static_cast<double>(self.steps_) : 0.0;
+              })
+      .left_out_when(looks_for_none)
+      .metric("rollout.work_most", "1", "work of the contact query of a step, most", Better::lower,
+              &Rollout::most_work_)
+      .left_out_when(looks_for_none)
+      .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower,
+              [](const Rollout& self) {
+                return self.corrections_ > 0 ? std::sqrt(self.correction_sum_ / static_cast<double>(self.corrections_))
+                                             : 0.0;
+              });
+}
 
 NodeInfo Rollout::declare() {
   Declare<Rollout> node("interpolation.rollout", "Continues a local model through each sample of the handle.");
@@ -388,30 +410,6 @@ void Rollout::step(StepContext& context) {
   if (source != Source::rollout && !failed_ && trusted(now)) ++outdone_ticks_;
   ++ticks_[static_cast<std::size_t>(source)];
   segment.send(used_.valid, shown);
-}
-
-void Rollout::report(Report& report) const {
-  const auto ticks = [this](Source source) { return static_cast<double>(ticks_[static_cast<std::size_t>(source)]); };
-  report.set("rollout.ticks", ticks(Source::rollout));
-  report.set("rollout.jacobian_ticks", ticks(Source::jacobian));
-  report.set("rollout.forecast_ticks", ticks(Source::forecast));
-  report.set("rollout.held_ticks", ticks(Source::held));
-  report.add("fallbacks", ticks(Source::jacobian) + ticks(Source::forecast) + ticks(Source::held));
-  report.set("rollout.outdone_ticks", static_cast<double>(outdone_ticks_));
-  report.set("rollout.estimated_error_N", estimate_.error(rolled));
-  report.set("rollout.estimated_hold_error_N", estimate_.error(held_result));
-  report.set("rollout.rejected_models", static_cast<double>(refused_.refused()));
-  report.set("rollout.rejected_samples", static_cast<double>(track_.rejected()));
-  if (surface_ && params_.restart == Params::Restart::on_disagreement) {
-    report.set("rollout.disagreements", static_cast<double>(disagreements_));
-  }
-  if (surface_) {
-    report.set("rollout.anchored_steps", static_cast<double>(steps_on_anchors_));
-    report.set("rollout.work_mean", steps_ > 0 ? static_cast<double>(work_) / static_cast<double>(steps_) : 0.0);
-    report.set("rollout.work_most", static_cast<double>(most_work_));
-  }
-  report.set("rollout.correction_rms_N",
-             corrections_ > 0 ? std::sqrt(correction_sum_ / static_cast<double>(corrections_)) : 0.0);
 }
 
 }  // namespace tactor

@@ -56,9 +56,6 @@ class Rollout final : public Node, public Refusing {
   Rollout(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  /// `rollout.ticks`, those of each fallback (`rollout.jacobian_ticks`, `rollout.forecast_ticks`,
-  /// `rollout.held_ticks`, together `fallbacks`), `rollout.rejected_models`, `rollout.correction_rms_N`.
-  void report(Report& report) const override;
   [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<LocalModel> model;
@@ -77,6 +74,7 @@ class Rollout final : public Node, public Refusing {
     Estimate::Forces forces;  // N, of the candidates
   };
 
+  static void declare_metrics(Declare<Rollout>& node);
   bool take_model(Time now);
   void count_refused(const LocalModel& newest, bool late);
   [[nodiscard]] bool keeps_tool() const;

@@ -39,7 +39,6 @@ EnergyBound::EnergyBound(const Params& params, const NodeContext& context)
     : PassivityStage(params, context, params.device_damping), name_(context.name), bound_share_(params.bound_share) {}
 
 void EnergyBound::report(Report& report) const {
-  PassivityStage::report(report);
   if (most_seen_ahead() <= ahead_foreseen && most_held() <= held_foreseen) return;
   report.remark(
       name_ + ": this run was later than the bound foresees, so it may have given more energy; a command was " +

@@ -147,13 +147,12 @@ void PassivityStage::step(StepContext& context) {
   send(newest->stamp.valid, next, on);
 }
 
-void PassivityStage::report(Report& report) const {
-  const auto steps = static_cast<double>(std::max<std::uint64_t>(steps_, 1));
-  report.set("passivity.changed_share", static_cast<double>(changed_) / steps);
-  report.set("passivity.change_rms_N", std::sqrt(change_sum_ / steps));
-  report.set("passivity.ahead_most", most_seen_ahead_);
-  report.set("passivity.held_most", static_cast<double>(most_held_));
-  report.set("passivity.least_energy_J", port_.least());
+double PassivityStage::changed_share() const {
+  return static_cast<double>(changed_) / static_cast<double>(std::max<std::uint64_t>(steps_, 1));
+}
+
+double PassivityStage::change_rms() const {
+  return std::sqrt(change_sum_ / static_cast<double>(std::max<std::uint64_t>(steps_, 1)));
 }
 
 }  // namespace tactor

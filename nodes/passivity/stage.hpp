@@ -40,14 +40,19 @@ struct StageParams {
 class PassivityStage : public Node {
  public:
   void step(StepContext& context) final;
-  /// passivity.changed_share, passivity.change_rms_N, passivity.ahead_most, passivity.held_most,
-  /// passivity.least_energy_J.
-  void report(Report& report) const override;
 
   Input<ForceSegment> segment;
   Input<DeviceState> device;
   Input<Wrench> commanded;
   Output<ForceSegment> limited;  ///< the port is called `segment` too
+  /// Most ticks from the newest state to a command that was decided on, and most ticks for which a decision stood.
+  [[nodiscard]] int most_seen_ahead() const { return most_seen_ahead_; }
+  [[nodiscard]] std::int64_t most_held() const { return most_held_; }
+  /// Of the steps: the share whose wrench was not passed on, and the RMS of what was changed of the force, N.
+  [[nodiscard]] double changed_share() const;
+  [[nodiscard]] double change_rms() const;
+  /// J, of the port, as the stage counts it.
+  [[nodiscard]] double least_energy() const { return port_.least(); }
 
  protected:
   /// `damping` in N s/m, of the device.
@@ -82,9 +87,6 @@ class PassivityStage : public Node {
   [[nodiscard]] double ramp_down(const Wrench& wrench, double along) const;
   /// The share of a wrench, above 1 too, of which that way gives nothing: the handle goes against it until it is zero.
   [[nodiscard]] double share_that_takes(const Wrench& wrench, double along) const;
-  /// Most ticks from the newest state to a command that was decided on, and most ticks for which a decision stood.
-  [[nodiscard]] int most_seen_ahead() const { return most_seen_ahead_; }
-  [[nodiscard]] std::int64_t most_held() const { return most_held_; }
   /// s.
   [[nodiscard]] double tick() const { return tick_.seconds(); }
   [[nodiscard]] const StageParams& params() const { return params_; }
@@ -218,17 +220,20 @@ void declare_stage(Declare<N>& node) {
                "true if the method displays the tool's weight, whose part of the energy then counts as the hand's own; "
                "false for a proxy and for a force field")
       .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks per second"})
-      .metric("passivity.changed_share", "1", "share of the steps whose wrench was not passed on", Better::lower)
-      .metric("passivity.change_rms_N", "N", "RMS of what was changed of the force, over all steps", Better::lower)
+      .metric("passivity.changed_share", "1", "share of the steps whose wrench was not passed on", Better::lower,
+              &PassivityStage::changed_share)
+      .metric("passivity.change_rms_N", "N", "RMS of what was changed of the force, over all steps", Better::lower,
+              &PassivityStage::change_rms)
       .metric("passivity.ahead_most", "1",
               "most ticks from the newest state of the device to the command decided on: 1 under the virtual clock, 2 "
               "in a lane of its own; more where something was late",
-              Better::lower)
+              Better::lower, &PassivityStage::most_seen_ahead)
       .metric("passivity.held_most", "1",
               "most ticks for which one decision stood: 1 under the virtual clock and in a lane that keeps up; more "
               "where the stage was late",
-              Better::lower)
-      .metric("passivity.least_energy_J", "J", "least energy of the port, as the stage counts it", Better::higher);
+              Better::lower, &PassivityStage::most_held)
+      .metric("passivity.least_energy_J", "J", "least energy of the port, as the stage counts it", Better::higher,
+              &PassivityStage::least_energy);
 }
 
 }  // namespace tactor

@@ -93,10 +93,18 @@ NodeInfo Waves::declare() {
       .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .role(Role::coupling)
       .metric("waves.cut_share", "1", "share of the ticks in which the returning wave had too little energy",
-              Better::lower)
-      .metric("waves.lag_rms_m", "m", "RMS of what of the returning wave had come and not been played", Better::lower)
-      .metric("waves.energy_out_J", "J", "energy of the waves that left", Better::neither)
-      .metric("waves.energy_played_J", "J", "energy of the waves that were played", Better::neither)
+              Better::lower,
+              [](const Waves& self) {
+                return static_cast<double>(self.cut_) / static_cast<double>(std::max<std::uint64_t>(self.ticks_, 1));
+              })
+      .metric("waves.lag_rms_m", "m", "RMS of what of the returning wave had come and not been played", Better::lower,
+              [](const Waves& self) {
+                return std::sqrt(self.lag_sum_ / static_cast<double>(std::max<std::uint64_t>(self.ticks_, 1)));
+              })
+      .metric("waves.energy_out_J", "J", "energy of the waves that left", Better::neither,
+              [](const Waves& self) { return self.end_.energy_out(); })
+      .metric("waves.energy_played_J", "J", "energy of the waves that were played", Better::neither,
+              [](const Waves& self) { return self.end_.energy_played(); })
       .info();
 }
 
@@ -193,14 +201,6 @@ void Waves::step(StepContext& context) {
   send_wave();
   take_result(context.now());
   if (has_result_) send_force(context.now());
-}
-
-void Waves::report(Report& report) const {
-  const auto ticks = static_cast<double>(std::max<std::uint64_t>(ticks_, 1));
-  report.set("waves.cut_share", static_cast<double>(cut_) / ticks);
-  report.set("waves.lag_rms_m", std::sqrt(lag_sum_ / ticks));
-  report.set("waves.energy_out_J", end_.energy_out());
-  report.set("waves.energy_played_J", end_.energy_played());
 }
 
 }  // namespace tactor

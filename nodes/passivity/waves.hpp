@@ -42,8 +42,6 @@ class Waves final : public Node {
   static NodeInfo declare();
   void start(StepContext& context) override;
   void step(StepContext& context) override;
-  /// waves.cut_share, waves.lag_rms_m, waves.energy_out_J, waves.energy_played_J.
-  void report(Report& report) const override;
 
   Input<DeviceState> device;
   Input<Wrench> commanded;

@@ -18,7 +18,8 @@ NodeInfo KalmanPredictor::declare() {
       "force that is sent stays the sample itself.\nSource: Bar-Shalom, Li, Kirubarajan, Estimation with Applications "
       "to Tracking and Navigation (2001), 6.2.");
   declare_predictor(node)
-      .metric("prediction.restarts", "1", "times that a sample beyond `gate` started the filter anew", Better::neither)
+      .metric("prediction.restarts", "1", "times that a sample beyond `gate` started the filter anew", Better::neither,
+              [](const KalmanPredictor& self) { return self.force_.restarts() + self.torque_.restarts(); })
       .choice(
           "model", &Params::model,
           {{"constant_velocity", Trend::constant_velocity}, {"constant_acceleration", Trend::constant_acceleration}},
@@ -77,11 +78,6 @@ Predictor::Outcome KalmanPredictor::predict(Duration horizon, std::span<Wrench> 
     if (torque()) predicted[i].torque = torque_.ahead(ahead);
   }
   return Outcome::predicted;
-}
-
-void KalmanPredictor::report(Report& report) const {
-  Predictor::report(report);
-  report.set("prediction.restarts", static_cast<double>(force_.restarts() + torque_.restarts()));
 }
 
 }  // namespace tactor

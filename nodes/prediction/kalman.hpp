@@ -20,7 +20,6 @@ class KalmanPredictor final : public Predictor {
   };
   KalmanPredictor(const Params& params, const NodeContext& context);
   static NodeInfo declare();
-  void report(Report& report) const override;
 
  private:
   void take(const Stamped<Wrench>& sample) override;

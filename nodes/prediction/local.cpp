@@ -14,32 +14,48 @@ namespace {
 /// Models that edges and their readers hold at the same time.
 constexpr std::size_t most_models = 32;
 
-void declare_metrics(Declare<LocalPredictor>& node) {
-  node.metric("prediction.resimulated_steps", "1", "steps from a result to now, mean of a result", Better::neither)
-      .metric("prediction.rejected_results", "1", "physics results that were not usable", Better::lower)
+}  // namespace
+
+void LocalPredictor::declare_metrics(Declare<LocalPredictor>& node) {
+  node.metric("prediction.resimulated_steps", "1", "steps from a result to now, mean of a result", Better::neither,
+              [](const LocalPredictor& self) {
+                return self.results_ > 0 ? static_cast<double>(self.resimulated_) / static_cast<double>(self.results_)
+                                         : 0.0;
+              })
+      .metric("prediction.rejected_results", "1", "physics results that were not usable", Better::lower,
+              [](const LocalPredictor& self) {
+                return self.refused_.refused() - self.refused_.refused(RefusalReason::unsolved);
+              })
       .summed()
-      .metric("prediction.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower)
+      .metric("prediction.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower,
+              &LocalPredictor::rejected_samples_)
       .summed()
-      .metric("prediction.failed_steps", "1", "steps that were not solved", Better::lower)
+      .metric("prediction.failed_steps", "1", "steps that were not solved", Better::lower,
+              [](const LocalPredictor& self) { return self.refused_.refused(RefusalReason::unsolved); })
       .summed();
-  const auto fit = [&node](const char* name, const char* doc, Better better) {
-    node.metric(std::string("local.fit.") + name, "1", doc, better)
+  const auto fit = [&node](const char* name, const char* doc, Better better, const auto& value) {
+    node.metric(std::string("local.fit.") + name, "1", doc, better, value)
         .left_out_when([](const LocalPredictor::Params& params, const MetricUse& use) {
           if (!params.fit) return std::string("fit is false");
           return std::string(use.is_fed("state") ? "" : "nothing feeds the input state");
         });
   };
-  fit("stiffness_scale", "scale of stiffness and damping of contacts at the end", Better::neither);
-  fit("friction_excess", "excess of the friction of contacts at the end", Better::neither);
-  fit("results", "physics results that the fit used", Better::neither);
-  fit("friction_results", "physics results that told the fit of the friction", Better::neither);
-  fit("left_out", "physics results that the fit could not use", Better::neither);
-  fit("silent", "physics results whose force no contact known explains", Better::lower);
-  fit("surprises", "physics results beyond three standard deviations", Better::lower);
-  fit("resets", "times that the fit began anew", Better::lower);
+  fit("stiffness_scale", "scale of stiffness and damping of contacts at the end", Better::neither,
+      [](const LocalPredictor& self) { return self.fit_.error().stiffness_scale; });
+  fit("friction_excess", "excess of the friction of contacts at the end", Better::neither,
+      [](const LocalPredictor& self) { return self.fit_.error().friction_excess; });
+  fit("results", "physics results that the fit used", Better::neither,
+      [](const LocalPredictor& self) { return self.fit_.used(); });
+  fit("friction_results", "physics results that told the fit of the friction", Better::neither,
+      [](const LocalPredictor& self) { return self.fit_.used_for_friction(); });
+  fit("left_out", "physics results that the fit could not use", Better::neither, &LocalPredictor::left_out_of_fit_);
+  fit("silent", "physics results whose force no contact known explains", Better::lower,
+      [](const LocalPredictor& self) { return self.fit_.unexplained(); });
+  fit("surprises", "physics results beyond three standard deviations", Better::lower,
+      [](const LocalPredictor& self) { return self.fit_.surprises(); });
+  fit("resets", "times that the fit began anew", Better::lower,
+      [](const LocalPredictor& self) { return self.fit_.resets(); });
 }
-
-}  // namespace
 
 NodeInfo LocalPredictor::declare() {
   Declare<LocalPredictor> node("prediction.local",
@@ -271,24 +287,6 @@ RefusalReason LocalPredictor::take_result(const Stamped<BodyStates>& result, con
   if (!send(result.stamp.valid)) return RefusalReason::incomplete;
   ++results_;
   return RefusalReason::none;
-}
-
-void LocalPredictor::report(Report& report) const {
-  report.set("prediction.resimulated_steps",
-             results_ > 0 ? static_cast<double>(resimulated_) / static_cast<double>(results_) : 0.0);
-  report.add("prediction.rejected_results",
-             static_cast<double>(refused_.refused() - refused_.refused(RefusalReason::unsolved)));
-  report.add("prediction.rejected_samples", static_cast<double>(rejected_samples_));
-  report.add("prediction.failed_steps", static_cast<double>(refused_.refused(RefusalReason::unsolved)));
-  if (!params_.fit || !state.connected()) return;
-  report.set("local.fit.stiffness_scale", fit_.error().stiffness_scale);
-  report.set("local.fit.friction_excess", fit_.error().friction_excess);
-  report.set("local.fit.results", static_cast<double>(fit_.used()));
-  report.set("local.fit.friction_results", static_cast<double>(fit_.used_for_friction()));
-  report.set("local.fit.left_out", static_cast<double>(left_out_of_fit_));
-  report.set("local.fit.silent", static_cast<double>(fit_.unexplained()));
-  report.set("local.fit.surprises", static_cast<double>(fit_.surprises()));
-  report.set("local.fit.resets", static_cast<double>(fit_.resets()));
 }
 
 }  // namespace tactor

@@ -36,13 +36,6 @@ class LocalPredictor final : public Node, public Refusing {
   LocalPredictor(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  /// `prediction.resimulated_steps` (mean of a result), `prediction.rejected_results`, `prediction.rejected_samples`
-  /// and `prediction.failed_steps` (results not sent, because a step did not converge). Where it learns, the estimate
-  /// at the end (`local.fit.stiffness_scale`, `local.fit.friction_excess`), the results it came from
-  /// (`local.fit.results`, `local.fit.friction_results`), those whose contact force was not there or of no use
-  /// (`local.fit.left_out`), those that no stiffness and friction explains (`local.fit.silent`), and how often it began
-  /// anew (`local.fit.surprises`, `local.fit.resets`).
-  void report(Report& report) const override;
   [[nodiscard]] const Refusals& refusals() const override { return refused_; }
 
   Input<BodyStates> bodies;
@@ -55,6 +48,7 @@ class LocalPredictor final : public Node, public Refusing {
   Output<LocalModel> model;
 
  private:
+  static void declare_metrics(Declare<LocalPredictor>& node);
   void take_samples();
   void take_contacts();
   [[nodiscard]] bool take_patch(Time result);

@@ -23,7 +23,7 @@ struct PredictorParams : PeriodOptions, ForceLimits {
 class Predictor : public Node, public Refusing {
  public:
   void step(StepContext& context) final;
-  void report(Report& report) const override { guard_.report(report); }
+  [[nodiscard]] const ForecastGuard& guard() const { return guard_; }
   [[nodiscard]] const Refusals& refusals() const final { return guard_.refusals(); }
   [[nodiscard]] std::optional<Time> warm_since() const final { return warm_since_; }
 

@@ -136,21 +136,39 @@ void declare_refit_parameters(Declare<Refitter>& node) {
       .formerly("model_structure", "products");
 }
 
-void declare_refit_metrics(Declare<Refitter>& node) {
-  node.metric("refits", "1", "fits of the coefficients", Better::neither)
-      .metric("refit.rejected", "1", "fits of force or torque of samples that hold no energy: order 0 was sent",
-              Better::lower)
-      .metric("refit.rejected_samples", "1", "samples that were not finite", Better::lower)
-      .metric("refit.unstable", "1", "fits that were not stable, and were replaced or shrunk", Better::lower)
-      .metric("refit.force_order_mean", "1", "order of the model of force, mean of the fits", Better::neither)
-      .missing_where("no fit is made")
-      .metric("refit.spectral_radius_median", "1", "spectral radius of the models of force, median", Better::neither)
-      .missing_where("no fit is made")
-      .metric("refit.spectral_radius_max", "1", "spectral radius of the models of force, largest", Better::neither)
-      .missing_where("no fit is made");
+}  // namespace
+
+double Refitter::radius(double share) const {
+  std::vector<double> radii = force_part_.spectral_radii();
+  std::sort(radii.begin(), radii.end());
+  return radii[std::min(radii.size() - 1, static_cast<std::size_t>(share * static_cast<double>(radii.size())))];
 }
 
-}  // namespace
+void Refitter::declare_metrics(Declare<Refitter>& node) {
+  node.metric("refits", "1", "fits of the coefficients", Better::neither, &Refitter::refits_)
+      .metric("refit.rejected", "1", "fits of force or torque of samples that hold no energy: order 0 was sent",
+              Better::lower, &Refitter::rejected_)
+      .metric("refit.rejected_samples", "1", "samples that were not finite", Better::lower,
+              &Refitter::rejected_samples_)
+      .metric("refit.unstable", "1", "fits that were not stable, and were replaced or shrunk", Better::lower,
+              [](const Refitter& self) { return self.force_part_.unstable() + self.torque_part_.unstable(); })
+      .metric("refit.force_order_mean", "1", "order of the model of force, mean of the fits", Better::neither,
+              [](const Refitter& self) {
+                const auto fits = static_cast<double>(self.refits_);
+                return fits > 0 ? std::optional(static_cast<double>(self.order_sum_) / fits) : std::nullopt;
+              })
+      .missing_where("no fit is made")
+      .metric("refit.spectral_radius_median", "1", "spectral radius of the models of force, median", Better::neither,
+              [](const Refitter& self) {
+                return self.force_part_.spectral_radii().empty() ? std::nullopt : std::optional(self.radius(0.5));
+              })
+      .missing_where("no fit is made")
+      .metric("refit.spectral_radius_max", "1", "spectral radius of the models of force, largest", Better::neither,
+              [](const Refitter& self) {
+                return self.force_part_.spectral_radii().empty() ? std::nullopt : std::optional(self.radius(1));
+              })
+      .missing_where("no fit is made");
+}
 
 NodeInfo Refitter::declare() {
   Declare<Refitter> node("prediction.refit", "Fits auto-regressive coefficients to the last forces.");
@@ -162,7 +180,7 @@ NodeInfo Refitter::declare() {
       .role(Role::prediction)
       .warms_up("its window is full (rls: it has taken 3 / (1 - forgetting) samples)");
   declare_refit_parameters(node);
-  declare_refit_metrics(node);
+  declare_metrics(node);
   return node.info();
 }
 
@@ -244,21 +262,6 @@ void Refitter::step(StepContext& context) {
   }
   coefficients.send(newest, c);
   if (!warm_since_ && window_is_full()) warm_since_ = context.now();
-}
-
-void Refitter::report(Report& report) const {
-  report.set("refits", static_cast<double>(refits_));
-  report.set("refit.rejected", static_cast<double>(rejected_));
-  report.set("refit.rejected_samples", static_cast<double>(rejected_samples_));
-  report.set("refit.unstable", static_cast<double>(force_part_.unstable() + torque_part_.unstable()));
-  if (refits_ > 0) {
-    report.set("refit.force_order_mean", static_cast<double>(order_sum_) / static_cast<double>(refits_));
-  }
-  std::vector<double> radii = force_part_.spectral_radii();
-  if (radii.empty()) return;
-  std::sort(radii.begin(), radii.end());
-  report.set("refit.spectral_radius_median", radii[radii.size() / 2]);
-  report.set("refit.spectral_radius_max", radii.back());
 }
 
 }  // namespace tactor

@@ -36,13 +36,15 @@ class Refitter final : public Node {
   Refitter(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  void report(Report& report) const override;
   [[nodiscard]] std::optional<Time> warm_since() const override { return warm_since_; }
 
   Input<Wrench> force;
   Output<ArCoefficients> coefficients;
 
  private:
+  static void declare_metrics(Declare<Refitter>& node);
+  /// The spectral radius of the models of force that this share of them is below.
+  [[nodiscard]] double radius(double share) const;
   void take(const Stamped<Wrench>& sample);
   [[nodiscard]] bool ready() const;
   [[nodiscard]] bool window_is_full() const;

@@ -63,31 +63,24 @@ class ForecastGuard {
   /// Counts a prediction that was held because the history is still too short.
   void count_warm_up() { ++warm_up_; }
 
-  /// Declares what `report` adds to.
+  /// Declares its metrics, of a node with a `guard()`.
   template <class N>
   static void declare(Declare<N>& node) {
     node.metric("fallbacks", "1", "predictions that were repaired, or held because nothing better could be computed",
-                Better::lower)
+                Better::lower, [](const N& self) { return self.guard().fallbacks_; })
         .summed()
         .metric("prediction.rejected_samples", "1", "samples that were not finite, or too late to be used",
-                Better::lower)
+                Better::lower, [](const N& self) { return self.guard().refused_.refused(); })
         .summed()
         .metric("prediction.not_finite", "1", "parts of predictions that were not finite: a step was held",
-                Better::lower)
+                Better::lower, [](const N& self) { return self.guard().not_finite_; })
         .summed()
         .metric("prediction.clamped", "1", "parts of predictions that were shortened to the device's limit",
-                Better::lower)
+                Better::lower, [](const N& self) { return self.guard().clamped_; })
         .summed()
         .metric("prediction.warm_up", "1", "predictions that were held because too little had been seen",
-                Better::neither)
+                Better::neither, [](const N& self) { return self.guard().warm_up_; })
         .summed();
-  }
-  void report(Report& report) const {
-    report.add("fallbacks", static_cast<double>(fallbacks_));
-    report.add("prediction.rejected_samples", static_cast<double>(refused_.refused()));
-    report.add("prediction.not_finite", static_cast<double>(not_finite_));
-    report.add("prediction.clamped", static_cast<double>(clamped_));
-    report.add("prediction.warm_up", static_cast<double>(warm_up_));
   }
 
   [[nodiscard]] const Refusals& refusals() const { return refused_; }

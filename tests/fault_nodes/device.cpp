@@ -47,8 +47,7 @@ bool Device::write(Time now, const Wrench& commanded_D_W) noexcept {
   return true;
 }
 
-void Device::report(Report& report) const {
-  DeviceNode::report(report);
+void Device::report(Report& /*report*/) const {
   if (params_.log.empty()) return;
   std::ofstream file(params_.log);
   file.precision(17);

@@ -49,8 +49,7 @@ inline Stamp stamp_ms(double ms, std::uint64_t sequence = 0) {
 template <class N>
 Report report_of(const N& node) {
   Report report;
-  report.begin("test", N::declare().metrics);
-  node.report(report);
+  report.ask(node, "test", N::declare().metrics);
   return report;
 }
 

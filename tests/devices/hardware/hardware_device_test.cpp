@@ -102,8 +102,7 @@ class Bench {
   }
   double metric(const std::string& name) {
     Report report;
-    report.begin("arm", TestDevice::declare().metrics);
-    device().report(report);
+    report.ask(device(), "arm", TestDevice::declare().metrics);
     remarks = report.remarks();
     return test::metrics_of(report).at(name);
   }

@@ -202,6 +202,36 @@ BOOST_AUTO_TEST_CASE(a_report_refuses_metrics_that_the_node_does_not_declare) {
   BOOST_TEST(report.metrics().size() == 1U);
 }
 
+BOOST_AUTO_TEST_CASE(a_metric_is_a_member_or_a_function_of_its_node) {
+  struct Counter final : Node {
+    struct Params {};
+    Counter() = default;
+    Counter(const Params&, const NodeContext&) {}
+    void step(StepContext&) override {}
+    void report(Report& report) const override { report.set("counter.said", 4); }
+    [[nodiscard]] std::int64_t twice() const { return 2 * count; }
+    int count = 3;
+    std::optional<double> share;
+  };
+  Declare<Counter> declaration("sample.counter", "Counts.");
+  declaration.metric("counter.count", "1", "a member", Better::neither, &Counter::count)
+      .metric("counter.twice", "1", "a function", Better::neither, &Counter::twice)
+      .metric("counter.all", "1", "a sum", Better::neither, [](const Counter& node) { return node.count; })
+      .summed()
+      .metric("counter.share", "1", "not in each run", Better::neither, &Counter::share)
+      .metric("counter.said", "1", "set by report()", Better::neither);
+  const std::vector<MetricInfo> metrics = declaration.info().metrics;
+  Counter node;
+  Report report;
+  report.ask(node, "a", metrics);
+  node.share = 0.5;
+  report.ask(node, "b", metrics);
+  const std::vector<std::pair<std::string, double>> expected{
+      {"counter.count", 3},   {"counter.twice", 6},   {"counter.all", 6},     {"counter.said", 4},
+      {"b.counter.count", 3}, {"b.counter.twice", 6}, {"counter.share", 0.5}, {"b.counter.said", 4}};
+  BOOST_TEST((report.metrics() == expected));
+}
+
 BOOST_AUTO_TEST_CASE(the_metrics_of_a_second_node_have_its_name_and_sums_have_one) {
   const NodeInfo info = Gain::declare();
   Report report;

@@ -90,8 +90,7 @@ class Bench {
   }
   [[nodiscard]] std::map<std::string, double> metrics() const {
     Report report;
-    report.begin("device", ScriptedDevice::declare().metrics);
-    node_->report(report);
+    report.ask(*node_, "device", ScriptedDevice::declare().metrics);
     return test::metrics_of(report);
   }
 

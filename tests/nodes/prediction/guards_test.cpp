@@ -60,8 +60,7 @@ struct Chain {
   }
   std::map<std::string, double> metrics() const {
     Report report = report_of(predictor);
-    report.begin("refitter", Refitter::declare().metrics);
-    refitter.report(report);
+    report.ask(refitter, "refitter", Refitter::declare().metrics);
     return metrics_of(report);
   }
   int time = 0;

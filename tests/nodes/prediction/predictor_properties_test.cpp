@@ -181,11 +181,9 @@ class Subject {
 
   double metric(const std::string& name) const {
     Report report;
-    report.begin("predictor", recipe_->predictor->metrics);
-    predictor_->report(report);
+    report.ask(*predictor_, "predictor", recipe_->predictor->metrics);
     if (refitter_) {
-      report.begin("refitter", recipe_->refitter->metrics);
-      refitter_->report(report);
+      report.ask(*refitter_, "refitter", recipe_->refitter->metrics);
     }
     return metrics_of(report).at(name);
   }
