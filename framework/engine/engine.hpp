@@ -90,8 +90,8 @@ class Engine {
   [[nodiscard]] virtual EngineStatus status() = 0;
   /// CPU time of the steps of a node; live in the pool that of some of them, and none for a node in the real-time lane.
   [[nodiscard]] virtual NodeStatistics node_statistics(std::size_t node) const = 0;
-  /// The time of each step of a node, in order, if the options keep it; empty for a node in the real-time lane. Under
-  /// the virtual clock the CPU time of its thread; live the time until its results were visible, including waiting.
+  /// The time of each step of a node outside of the real-time lane, in order, if the options keep it. Under the virtual
+  /// clock the CPU time of its thread; live the time until its results were visible, including waiting.
   [[nodiscard]] virtual std::vector<Duration> step_times(std::size_t node) const = 0;
   /// Live: after `finish`.
   [[nodiscard]] virtual EdgeStatistics edge_statistics(std::size_t edge) const = 0;

@@ -436,6 +436,7 @@ NodeStatistics Session::node_statistics(std::size_t node) const {
 }
 
 std::vector<Duration> Session::step_times(std::size_t node) const {
+  if (plan().nodes[node].scheduling.lane == Lane::realtime) return {};
   return run_->engine->step_times(node);
 }
 

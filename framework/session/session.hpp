@@ -164,7 +164,7 @@ class Session {
   /// Live: true if a step never came back. Its thread still uses the nodes, so they cannot be asked.
   [[nodiscard]] bool is_abandoned() const;
   [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const;
-  /// See Engine.
+  /// See Engine; empty for a node in the real-time lane.
   [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const;
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;
   [[nodiscard]] Duration cpu_time() const;

@@ -62,7 +62,7 @@ class LiveEngine final : public Engine, private ExternalInputs {
   [[nodiscard]] PlanNodes& nodes() override { return nodes_; }
   [[nodiscard]] EngineStatus status() override;
   [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const override { return node_statistics_[node]; }
-  [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const override;
+  [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const override { return step_times_[node]; }
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const override { return status_.edges[edge].metrics; }
   [[nodiscard]] Duration cpu_time() const override;
 

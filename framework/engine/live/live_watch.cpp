@@ -50,10 +50,6 @@ Duration LiveEngine::cpu_time() const {
   return Duration{std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec};
 }
 
-std::vector<Duration> LiveEngine::step_times(std::size_t node) const {
-  return loops_[node] ? std::vector<Duration>{} : step_times_[node];
-}
-
 bool LiveEngine::attend(const Attendance& attendance) {
   bool served = true;
   const auto attempt = [this](const auto& work) {
