@@ -49,8 +49,9 @@ Duration duration_of(const py::object& given, const std::string& what) {
 
 namespace {
 
-/// How long Python waits for its signals, and the longest part of a run that passes in one go.
+/// How long Python waits for its signals.
 constexpr Duration attend_period{20'000'000};
+/// The longest part of a run that passes in one go.
 constexpr Duration longest_slice{10'000'000};
 
 }  // namespace
@@ -59,7 +60,7 @@ SessionState::SessionState(const Graph& graph, const SessionOptions& options)
     : registry_(graph.registry()),
       session_(std::make_unique<Session>(graph.plan(), options)),
       live_(graph.plan().graph.clock == Clock::real),
-      slice_(options.engine.pace > 0
+      slice_(!live_ && options.engine.pace > 0
                  ? std::min(longest_slice, Duration::from_seconds(attend_period.seconds() * options.engine.pace))
                  : longest_slice) {}
 

@@ -222,9 +222,10 @@ class Traced {
 };
 
 /// Asks ten times a second of wall time whether the run is to go on, by what the options have for its clock.
-class Asked {
+class Question {
  public:
-  Asked(Session& session, const Follower* follower, const RunOptions& options) : session_(session), options_(options) {
+  Question(Session& session, const Follower* follower, const RunOptions& options)
+      : session_(session), options_(options) {
     if (session.plan().graph.clock == Clock::real && options.live_progress) watch_.emplace(session, follower);
   }
   /// What the question throws is the run's failure.
@@ -264,23 +265,37 @@ void add_devices(const EngineStatus& status, RunResult& result) {
   }
 }
 
+/// Starts, or throws. Then nothing has run, because of a device that is not there, say: no recording without a message
+/// stays behind.
+void start(Session& session, std::unique_ptr<Recorder>& recorder, const RunOptions& options) {
+  try {
+    session.start();
+  } catch (...) {
+    if (recorder) {
+      recorder.reset();
+      std::error_code ignored;
+      fs::remove(*options.recording, ignored);
+    }
+    throw;
+  }
+}
+
 /// Runs a session to its end; between its slices watcher, trace and progress have their turn.
-void run_to_end(Session& session, Follower* follower, Traced& traced, const RunOptions& options, RunResult& result) {
+void run_to_end(Session& session, Follower* follower, std::unique_ptr<Recorder>& recorder, Traced& traced,
+                const RunOptions& options, RunResult& result) {
   constexpr Duration slice{20'000'000};
   Watched watched(options.watcher, session, follower, result);
-  Asked asked(session, follower, options);
+  Question question(session, follower, options);
   if (follower != nullptr) follower->start();
   session.stop_when(options.stop_asked);
-  session.start();
+  start(session, recorder, options);
   attempt(result, [&] {
-    while (session.is_running()) {
-      session.advance(slice);
+    session.run(slice, [&] {
       traced.attend();
       watched.attend();
-      asked.attend(result);
-    }
+      question.attend(result);
+    });
   });
-  attempt(result, [&] { session.finish(); });
   result.interrupted = result.interrupted || options.stop_asked();
   if (!result.failure) result.failure = session.failure();
 }
@@ -300,21 +315,11 @@ void execute(const Plan& plan, const RunOptions& options, const std::optional<Re
   Traced traced(session, options);
   const Duration cpu = session.cpu_time();
   const double wall = clock_seconds(CLOCK_MONOTONIC);
-  try {
-    run_to_end(session, follower.get(), traced, options, result);
-  } catch (...) {
-    // Nothing has run, because of a device that is not there, say: no recording without a message stays behind.
-    if (recorder) {
-      recorder.reset();
-      std::error_code ignored;
-      fs::remove(*options.recording, ignored);
-    }
-    throw;
-  }
-  // A recording that has failed is left as the last flush has it.
-  if (recorder && !*recorder_failed) attempt(result, [&] { recorder->close(); });
+  run_to_end(session, follower.get(), recorder, traced, options, result);
   result.cpu_s = (session.cpu_time() - cpu).seconds();
   result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
+  // A recording that has failed is left as the last flush has it.
+  if (recorder && !*recorder_failed) attempt(result, [&] { recorder->close(); });
   if (follower) {
     follower->finish(follower_patience);
     result.follower = follower->figures();

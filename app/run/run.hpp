@@ -103,8 +103,8 @@ class RunWatcher {
   virtual void begin(Session& session, Follower* follower) = 0;
   /// About fifty times a second while it runs.
   virtual void attend() = 0;
-  /// The session has ended, or has failed to start; nothing of it is used afterwards. `thrown`: an exception ended it.
-  virtual void end(bool thrown) = 0;
+  /// The session has ended, or has failed to start; nothing of it is used afterwards. `failed`: not as it should.
+  virtual void end(bool failed) = 0;
 };
 
 struct RunOptions {
@@ -136,7 +136,7 @@ struct RunOptions {
   RunWatcher* watcher = nullptr;
   /// Called with the session before it starts, for taps.
   std::function<void(Session&)> before_start;
-  /// Ends a run whose clock is real; asked on another thread, about fifty times a second.
+  /// Ends a run. If its clock is real, it is asked on another thread, about fifty times a second.
   std::function<bool()> stop_asked = [] { return false; };
 };
 

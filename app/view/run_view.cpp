@@ -19,8 +19,8 @@ void RunView::begin(Session& session, Follower* follower) {
   opened_(view_->url(), view_->foxglove_url());
 }
 
-void RunView::end(bool thrown) {
-  const RunEnd end = view_->end_of_run(thrown, interrupted_());
+void RunView::end(bool failed) {
+  const RunEnd end = view_->end_of_run(failed, interrupted_());
   view_->tell_end(end, end == RunEnd::failed || end == RunEnd::stalled ? "the run has failed" : "the run is over");
   view_.reset();
 }

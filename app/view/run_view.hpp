@@ -19,7 +19,7 @@ class RunView final : public RunWatcher {
 
   void begin(Session& session, Follower* follower) override;
   void attend() override { view_->attend(); }
-  void end(bool thrown) override;
+  void end(bool failed) override;
 
  private:
   Opened opened_;

@@ -43,7 +43,7 @@ class Engine {
   Engine() = default;
   Engine(const Engine&) = delete;
   Engine& operator=(const Engine&) = delete;
-  /// Ends what still runs. Not to be called if the run `is_abandoned`.
+  /// Ends the run if it is still running. Not to be called if the run `is_abandoned`.
   virtual ~Engine() = default;
 
   /// Calls `work` with the dispatcher while no step changes it, to add or remove taps. Any thread; live at any time.
@@ -93,6 +93,8 @@ class Engine {
   /// The time of each step of a node outside of the real-time lane, in order, if the options keep it. Under the virtual
   /// clock the CPU time of its thread; live the time until its results were visible, including waiting.
   [[nodiscard]] virtual std::vector<Duration> step_times(std::size_t node) const = 0;
+  /// Step times that were lost, because `advance` was not called for long.
+  [[nodiscard]] virtual std::uint64_t dropped() const { return 0; }
   /// Live: after `finish`.
   [[nodiscard]] virtual EdgeStatistics edge_statistics(std::size_t edge) const = 0;
   /// CPU time so far of the threads that make the steps: the calling one, or live those of the whole process.
@@ -100,8 +102,9 @@ class Engine {
 };
 
 /// Makes the nodes and the engine of the plan's clock. If `log` is not null, the engine makes that live run again under
-/// the virtual clock; the log outlives the engine. Throws YamlError with the node's place if a node refuses its input,
-/// and like LiveLibrary::make.
+/// the virtual clock; the log outlives the engine. Throws YamlError with the node's place if a node refuses its input.
+/// Live, also throws InputError if there is no live engine or no such core, and RunError if the graph insists on a
+/// privilege that the system refuses.
 std::unique_ptr<Engine> make_engine(const Plan& plan, const EngineOptions& options, const RunLog* log);
 
 }  // namespace tactor

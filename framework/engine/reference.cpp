@@ -28,7 +28,6 @@ class KeyText {
   }
   void add(double value) { add(std::to_string(std::bit_cast<std::uint64_t>(value))); }
   void add(std::int64_t value) { add(std::to_string(value)); }
-  void add(const Vec3& v) { add(v.x), add(v.y), add(v.z); }
   void add_file(const fs::path& path) { add(file_key(path)); }
   void add(const ParamInfo& info, const ParamValue& value) {
     add(info.name);

@@ -4,6 +4,7 @@
 // nodes see). The same plan gives the same sequence of steps and the same values.
 #pragma once
 
+#include <atomic>
 #include <vector>
 
 #include "framework/engine/cost.hpp"
@@ -50,8 +51,8 @@ class VirtualEngine : public Engine {
   [[nodiscard]] Duration cpu_time() const override;
 
  protected:
-  /// What differs where steps are made again: the costs of the nodes, and those of the real-time lane, which `lanes`
-  /// makes.
+  /// For a run that is made again: `costs` of the nodes stand for those of the plan, and `lanes` steps the nodes that
+  /// are `external`.
   VirtualEngine(const Plan& plan, const EngineOptions& options, const std::vector<CostModel>& costs,
                 std::vector<bool> external, ExternalInputs* lanes);
 
@@ -73,7 +74,7 @@ class VirtualEngine : public Engine {
   std::vector<std::vector<Duration>> step_times_;  // by node; empty if they are not kept
   std::function<bool()> stop_asked_ = [] { return false; };
   std::optional<std::string> failure_;
-  bool stopped_ = false;
+  std::atomic<bool> stopped_ = false;  // by any thread
 };
 
 /// The CPU time of the calling thread in ns.

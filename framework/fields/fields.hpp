@@ -1,20 +1,6 @@
-// How a struct describes its fields, once, to all that reads, writes and documents it.
-//
-//   template <class Visit>
-//   void fields(Visit& visit, Material& m) {
-//     visit.field("stiffness", m.stiffness, {.doc = "of one contact patch", .unit = "N/m", .min = 0, .above_min =
-//     true});
-//   }
-//
-// A visitor has these functions:
-//   field(name, member, rule)          a number, text, list, file, or another described struct; an optional may be
-//   absent choice(name, member, words, rule)  an enumeration, whose words are in the order of its values map(name,
-//   rule, visit_inner)       a map whose keys `visit_inner(visitor)` describes one_of(variant, alternatives...) exactly
-//   one of several keys, each an Alternative list_or_one(name, list, rule)      a list of described values, or one of
-//   them alone by_name(name, list, rule)          a map of described values by name only(applies, otherwise, inner)
-//   what `inner()` describes belongs to this value only if `applies`. A writer leaves
-//                                      it out; a reader refuses its keys with `otherwise`, unless that is empty.
-// Rules over several fields stand in `void check(T&, const FieldCheck&)`, which a reader calls (read_fields.hpp).
+// How a struct describes its fields, once, to all that reads, writes and documents it: by a function template
+// `fields(visit, value)` that calls a function of the visitor for each key (see FieldKeys, and scene_fields.hpp). Rules
+// over several fields stand in `void check(T&, const FieldCheck&)`, which a reader calls (read_fields.hpp).
 #pragma once
 
 #include <limits>
@@ -62,18 +48,26 @@ using TextOf = typename DescribedAs<T>::Text;
 template <class T>
 inline constexpr bool has_text = !std::is_same_v<T, TextOf<T>>;
 
-/// Collects the keys of a described struct.
+/// Collects the keys of a described struct. It is the simplest visitor, and tells what a visitor has.
 class FieldKeys {
  public:
   std::vector<std::string> keys;
+  /// A number, text, list, file or other described struct. An optional member may be absent.
   void field(const char* name, const auto& /*member*/, const FieldRule& /*rule*/) { keys.emplace_back(name); }
+  /// An enumeration; `words` are in the order of its values.
   void choice(const char* name, const auto& /*member*/, const auto& /*words*/, const FieldRule& /*rule*/) {
     keys.emplace_back(name);
   }
+  /// A map whose keys `inner(visitor)` describes.
   void map(const char* name, const FieldRule& /*rule*/, const auto& /*inner*/) { keys.emplace_back(name); }
+  /// A variant: exactly one of several keys, each an Alternative.
   void one_of(const auto& /*member*/, const auto&... alternatives) { (keys.emplace_back(alternatives.name), ...); }
+  /// A list of described values, or one of them alone.
   void list_or_one(const char* name, const auto& /*member*/, const FieldRule& /*rule*/) { keys.emplace_back(name); }
+  /// A map of described values by name.
   void by_name(const char* name, const auto& /*member*/, const FieldRule& /*rule*/) { keys.emplace_back(name); }
+  /// The keys that `inner()` describes belong to this value only if `applies`. Otherwise a writer leaves them out, and
+  /// a reader refuses them with `otherwise`, unless that is empty.
   void only(bool /*applies*/, std::string_view /*otherwise*/, const auto& inner) { inner(); }
 };
 

@@ -1,4 +1,5 @@
-// Reads described structs (fields.hpp) out of a YAML tree. What is wrong is told with its place, and stays as it was.
+// Reads described structs (fields.hpp) out of a YAML tree. Each error is told with its place. A struct that was read
+// with an error is not to be used.
 #pragma once
 
 #include <algorithm>
@@ -84,7 +85,7 @@ class FieldReader {
   void list_or_one(const char* name, std::vector<T>& member, const FieldRule& rule) {
     const Tree* tree = wanted(name, rule);
     if (tree == nullptr) return;
-    if (!tree->is_sequence()) read(*tree, at(name), member.emplace_back(), {});
+    if (!tree->is_sequence() || tree->items.empty()) read(*tree, at(name), member.emplace_back(), {});
     for (std::size_t i = 0; i < tree->items.size(); ++i) {
       read(tree->items[i], at(name) + "[" + std::to_string(i) + "]", member.emplace_back(), {});
     }
@@ -106,7 +107,9 @@ class FieldReader {
   }
   template <class Inner>
   void only(bool applies, std::string_view otherwise, const Inner& inner) {
-    const std::string_view before = std::exchange(refused_, applies ? std::string_view{} : otherwise);
+    // What is around it may refuse it already.
+    const std::string_view before = refused_;
+    if (before.empty() && !applies) refused_ = otherwise;
     inner();
     refused_ = before;
   }

@@ -55,7 +55,10 @@ class FieldWriter {
       if constexpr (requires { member[i].name; }) {
         writer.add(member[i].name, text(member[i]));
       } else {
-        writer.add("number_" + std::to_string(i + 1), text(member[i]));
+        // `inclusions` has no names that matter: `inclusion_1`.
+        std::string key = name;
+        key.pop_back();
+        writer.add(key + "_" + std::to_string(i + 1), text(member[i]));
       }
     }
     if (!member.empty()) add(name, writer.flow());

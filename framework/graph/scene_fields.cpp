@@ -24,6 +24,8 @@ double square(const std::array<double, 4>& q) {
 void check_tool(Scene& scene, const FieldCheck& map, const SourceLocation& last,
                 const std::vector<std::string>& moving) {
   if (const Tree* tool = map.value("tool")) {
+    // One that is no text is told already.
+    if (!tool->is_scalar() || map.value("bodies") == nullptr) return;
     scene.tool_name = read_choice(*tool, map.path() + ".tool", moving, map.diagnostics()).value_or("");
   } else if (moving.size() > 1) {
     map.diagnostics().error(last, map.path() + ".bodies: " + list_of(moving) +
@@ -57,6 +59,7 @@ void check(PoseText& X, const FieldCheck& map) {
 }
 
 void check(BoxRegion& region, const FieldCheck& map) {
+  if (!map.is_good()) return;
   for (int i = 0; i < 3; ++i) {
     if (region.low[i] > region.high[i]) return map.error("", ": expected low at or below high along every axis");
   }

@@ -157,7 +157,9 @@ class FieldSchema {
   template <class T>
   void list_or_one(const char* name, const std::vector<T>& /*member*/, const FieldRule& rule) {
     const Json one = of<T>();
-    add(name, said(std::string(rule.doc), {{"anyOf", {one, list(one, 0)}}}));
+    Json several = list(one, 0);
+    several["minItems"] = 1;
+    add(name, said(std::string(rule.doc), {{"anyOf", {one, several}}}));
   }
   template <class T>
   void by_name(const char* name, const std::vector<T>& /*member*/, const FieldRule& rule) {

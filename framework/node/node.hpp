@@ -74,6 +74,7 @@ class Node {
   /// The work. Reads inputs, sends outputs; what it sends becomes visible when its cost has passed.
   virtual void step(StepContext& context) = 0;
   /// Called before a step, once for each request of the node to set something, in their order: the setting is in force.
+  /// In the real-time lane it allocates, locks and waits for nothing.
   virtual void request_done() {}
   /// The time since when the node works normally, such as since its window is full. Empty if it does not yet. A type
   /// that may return anything but zero declares that (Declare::warms_up). Asked between two steps or after the run.
@@ -82,8 +83,8 @@ class Node {
   virtual void follow(const Node& tested) { static_cast<void>(tested); }
   /// True where a reference run depends on what this node did in the run under test (see `follow`).
   [[nodiscard]] virtual bool must_be_followed() const { return false; }
-  /// Called once after the run, with the reference set on the inputs that asked for it, for what no declared metric has
-  /// as its value. May report only metrics that the node's type declares.
+  /// Called once after the run, with the reference set on the inputs that asked for it: for curves, remarks, and
+  /// metrics that are declared without a value. May report no others.
   virtual void report(Report& report) const { static_cast<void>(report); }
 };
 

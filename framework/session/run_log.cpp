@@ -159,6 +159,9 @@ RunLog read_run_log(RecordingReader& reader, const Plan& plan) {
     const auto length = static_cast<std::size_t>(std::clamp(event.length, 0, static_cast<int>(SetEvent::most_text)));
     const std::string text(event.text.begin(), event.text.begin() + static_cast<std::ptrdiff_t>(length));
     reach(stamp.produced);
+    if (text.empty() && !plan.nodes[node].info->sets) {
+      check.refuse("it tells of a request of node " + plan.nodes[node].name + ", which makes none");
+    }
     log.sets.push_back({node, stamp, event, text.empty() ? nullptr : parameters.set(node, text, check)});
   });
   for_each<StopEvent>(reader, stop_stream, message_type<StopEvent>(), [&](const Stamp& stamp, const StopEvent& event) {

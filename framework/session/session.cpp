@@ -313,8 +313,7 @@ void Session::on_stop(Take take) {
 }
 
 void Session::on_set(Take take) {
-  run_->subscribe(message_type<SetEvent>(), std::move(take), std::size_t{2} << 20U,
-                  std::mem_fn(&Dispatcher::add_set_tap));
+  run_->subscribe(message_type<SetEvent>(), std::move(take), request_bytes, std::mem_fn(&Dispatcher::add_set_tap));
 }
 
 Session::Feed Session::feed(std::string_view name) {
@@ -371,7 +370,7 @@ void Session::set(std::string_view parameter, std::string_view value) {
 }
 
 std::uint64_t Session::dropped() const {
-  std::uint64_t sum = run_->dropped_by_ended;
+  std::uint64_t sum = run_->dropped_by_ended + run_->engine->dropped();
   for (const Subscription& subscription : run_->subscriptions) sum += subscription.tap.dropped();
   return sum;
 }
@@ -415,10 +414,20 @@ void Session::finish() {
 }
 
 void Session::run(Duration slice, const std::function<void()>& meanwhile) {
-  start();
-  while (is_running()) {
-    advance(slice);
-    meanwhile();
+  if (!run_->started) start();
+  try {
+    while (is_running()) {
+      advance(slice);
+      meanwhile();
+    }
+  } catch (...) {
+    // Before anything else is done, devices ramp down.
+    try {
+      finish();
+    } catch (const std::exception&) {
+      // The first failure is the one that is told.
+    }
+    throw;
   }
   finish();
 }

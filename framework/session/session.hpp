@@ -153,8 +153,8 @@ class Session {
   void stop();
   /// Ends the run if it is still running, and everything that belongs to it. Its nodes and metrics stay. Once.
   void finish();
-  /// Starts, lets the run go on to its end, and finishes. Calls `meanwhile` after each `slice` of it, which may stop
-  /// the session or throw.
+  /// Starts if it has not, lets the run go on to its end, and finishes. Calls `meanwhile` after each `slice` of the
+  /// run. `meanwhile` may stop the session. What it throws passes through once the run has finished.
   void run(Duration slice, const std::function<void()>& meanwhile);
 
   // After `finish`, and for the virtual clock before.

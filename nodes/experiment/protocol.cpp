@@ -120,6 +120,7 @@ void Protocol::tune(const Params& params) {
 }
 
 void Protocol::request_done() {
+  if (unconfirmed_.empty()) throw RunError(name_ + ": a setting is in force that was not asked for");
   unconfirmed_.pop_front();
   is_confirmed_anew_ = true;
 }

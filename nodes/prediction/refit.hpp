@@ -43,7 +43,7 @@ class Refitter final : public Node {
 
  private:
   static void declare_metrics(Declare<Refitter>& node);
-  /// The spectral radius of the models of force that this share of them is below.
+  /// The quantile `share` of the spectral radii of the models of force.
   [[nodiscard]] double radius(double share) const;
   void take(const Stamped<Wrench>& sample);
   [[nodiscard]] bool ready() const;

@@ -43,7 +43,6 @@ LiveEngine::LiveEngine(const Plan& plan, const EngineOptions& options)
       end_(Time{} + plan.graph.duration),
       nodes_(plan),
       node_statistics_(plan.nodes.size()),
-      steps_told_(message_type<StepEvent>(), {QueuePolicy::drop_newest, most_steps_told}),
       step_times_(plan.nodes.size()),
       lanes_(plan_lanes(plan)),
       begun_(plan.nodes.size()),
@@ -54,10 +53,17 @@ LiveEngine::LiveEngine(const Plan& plan, const EngineOptions& options)
       stalls_(plan.nodes.size(), plan.graph.live.stall_timeout) {
   check_privileges(plan_, lanes_, timer_settings);
   make_lanes();
-  if (options.keeps_step_times) dispatcher_->add_step_tap(steps_told_);
+  if (options.keeps_step_times) {
+    dispatcher_->add_step_tap(
+        steps_told_.emplace(message_type<StepEvent>(), Queue{QueuePolicy::drop_newest, most_steps_told}));
+  }
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
   if (!plan.graph.live.impose_cost) return;
   for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
+}
+
+LiveEngine::~LiveEngine() {
+  if (timer_.joinable() && !abandoned_) finish({});
 }
 
 void LiveEngine::with_dispatcher(const std::function<void(Dispatcher&)>& work) {

@@ -44,6 +44,7 @@ class LiveEngine final : public Engine, private ExternalInputs {
  public:
   /// Throws as LiveLibrary::make.
   explicit LiveEngine(const Plan& plan, const EngineOptions& options = {});
+  ~LiveEngine() override;
 
   void with_dispatcher(const std::function<void(Dispatcher&)>& work) override;
   [[nodiscard]] bool steps_on_caller() const override { return false; }
@@ -57,13 +58,14 @@ class LiveEngine final : public Engine, private ExternalInputs {
   [[nodiscard]] Time now() override { return finished_ ? status_.now : clock(); }
   void stop(const std::string& why) override;
   void finish(const Attendance& attendance) override;
-  [[nodiscard]] std::optional<std::string> failure() const override { return failure_; }
+  [[nodiscard]] std::optional<std::string> failure() const override;
   [[nodiscard]] bool is_abandoned() const override { return abandoned_; }
   [[nodiscard]] PlanNodes& nodes() override { return nodes_; }
   [[nodiscard]] EngineStatus status() override;
   [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const override { return node_statistics_[node]; }
   [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const override { return step_times_[node]; }
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const override { return status_.edges[edge].metrics; }
+  [[nodiscard]] std::uint64_t dropped() const override { return steps_told_ ? steps_told_->dropped() : 0; }
   [[nodiscard]] Duration cpu_time() const override;
 
  private:
@@ -132,13 +134,13 @@ class LiveEngine final : public Engine, private ExternalInputs {
   EngineStatus status_;  // at the end
   std::vector<NodeStatistics> node_statistics_;
   std::function<bool()> stop_asked_ = [] { return false; };
-  Tap steps_told_;                                 // for `step_times_`
+  std::optional<Tap> steps_told_;                  // for `step_times_`, if they are kept
   std::vector<std::vector<Duration>> step_times_;  // by node; empty if they are not kept
   LanePlan lanes_;
   std::vector<std::unique_ptr<RealtimeLane>> loops_;    // by node, null outside of the real-time lane
   std::vector<std::unique_ptr<LatencyHistogram>> age_;  // by edge, written by its reader's steps
 
-  PriorityMutex mutex_;  // over all down to `woken_`
+  mutable PriorityMutex mutex_;  // over all down to `woken_`
   PriorityCondition timer_condition_;
   std::unique_ptr<Dispatcher> dispatcher_;
   bool ended_ = false;  // no step begins any more

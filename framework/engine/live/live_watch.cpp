@@ -44,6 +44,11 @@ EngineStatus LiveEngine::status() {
   return now;
 }
 
+std::optional<std::string> LiveEngine::failure() const {
+  const std::scoped_lock lock(mutex_);
+  return failure_;
+}
+
 Duration LiveEngine::cpu_time() const {
   timespec t{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
@@ -57,14 +62,19 @@ bool LiveEngine::attend(const Attendance& attendance) {
       work();
     } catch (const std::exception& error) {
       stop(error.what());
+    } catch (...) {
+      stop("something that is no exception was thrown beside the run");
     }
   };
-  attempt([&] { attendance.read(); });
+  // First, so that no disk of a reader holds up the muting of a force.
   attempt([&] { served = attendance.serve(); });
-  if (!options_.keeps_step_times) return served;
-  steps_told_.take_all([this](const Stamp& stamp, const void* value) {
-    step_times_[static_cast<std::size_t>(static_cast<const StepEvent*>(value)->node)].push_back(stamp.produced -
-                                                                                                stamp.valid);
+  attempt([&] { attendance.read(); });
+  attempt([this] {
+    if (!steps_told_) return;
+    steps_told_->take_all([this](const Stamp& stamp, const void* value) {
+      const auto node = static_cast<std::size_t>(static_cast<const StepEvent*>(value)->node);
+      if (!loops_[node]) step_times_[node].push_back(stamp.produced - stamp.valid);
+    });
   });
   return served;
 }
