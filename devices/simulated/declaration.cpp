@@ -256,22 +256,27 @@ NodeInfo SimulatedDevice::declare() {
     return std::string(params.loop == Loop::closed ? "" : "loop is open");
   };
   declaration
-      .metric("device.energy_generated_J", "J", "most energy that the motors had given to the device, net",
-              Better::lower,
-              [](const D& self) { return self.follows_ ? std::nullopt : std::optional(self.energy_generated_); })
+      .metric(
+          "device.energy_generated_J", "J", "most energy that the motors had given to the device, net", Better::lower,
+          [](const D& self) { return !self.observes_port() ? std::nullopt : std::optional(self.energy_generated_); })
       .left_out_when(not_closed)
       .metric("device.max_speed_m_per_s", "m/s", "largest speed of the handle", Better::neither,
-              [](const D& self) { return self.follows_ ? std::nullopt : std::optional(self.max_speed_); })
+              [](const D& self) { return !self.observes_port() ? std::nullopt : std::optional(self.max_speed_); })
       .left_out_when(not_closed)
-      .metric(
-          "device.unkept_path_samples", "1", "ticks beyond those whose path is kept for the reference run",
-          Better::lower,
-          [](const D& self) { return self.follows_ ? std::nullopt : std::optional(static_cast<double>(self.unkept_)); })
+      .metric("device.unkept_path_samples", "1", "ticks beyond those whose path is kept for the reference run",
+              Better::lower,
+              [](const D& self) {
+                return !self.observes_port() ? std::nullopt : std::optional(static_cast<double>(self.unkept_));
+              })
       .left_out_when(not_closed);
   declaration
       .metric("device.saturated_ticks", "1",
               "ticks at whose end the motors were at motor_force_max or motor_torque_max", Better::lower,
-              &D::saturated_ticks_)
+              [](const D& self) {
+                const auto ticks = static_cast<double>(self.saturated_ticks_);
+                return self.params_.motor_force_max > 0 || self.params_.motor_torque_max > 0 ? std::optional(ticks)
+                                                                                             : std::nullopt;
+              })
       .left_out_when([](const Params& params, const MetricUse&) {
         const bool limited = params.motor_force_max > 0 || params.motor_torque_max > 0;
         return std::string(limited ? "" : "the motors have no limit");

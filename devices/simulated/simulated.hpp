@@ -95,6 +95,8 @@ class SimulatedDevice final : public DeviceNode {
   [[nodiscard]] const char* failure() const noexcept override;
 
  private:
+  /// Whether the energy of its port and its path count: in closed loop, and not where it follows another run.
+  [[nodiscard]] bool observes_port() const { return params_.loop == Loop::closed && !follows_; }
   struct Sample {
     Time t;
     MotionState motion;

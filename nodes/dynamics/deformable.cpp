@@ -113,13 +113,20 @@ void DeformableDynamics::declare_metrics(Declare<DeformableDynamics>& d) {
               })
       .metric("deformable.updates", "1",
               "updates of a factor of earlier steps by what its iterations found out, of a step, mean", Better::lower,
-              [](const DeformableDynamics& self) { return self.mean_of_a_step(self.step_->counts().updates); })
+              [](const DeformableDynamics& self) {
+                const double mean = self.mean_of_a_step(self.step_->counts().updates);
+                return self.params_.reuse_factors ? std::optional(mean) : std::nullopt;
+              })
       .left_out_when([](const DeformableDynamics::Params& p, const MetricUse&) {
         return std::string(p.reuse_factors ? "" : "reuse_factors is false: each step factors");
       })
       .metric("deformable.euler_steps", "1",
               "steps by implicit Euler, because the midpoint rule would have added energy or was not solved",
-              Better::lower, [](const DeformableDynamics& self) { return self.step_->counts().by_euler; })
+              Better::lower,
+              [](const DeformableDynamics& self) {
+                const auto steps = static_cast<double>(self.step_->counts().by_euler);
+                return self.params_.integrator == Integrator::midpoint ? std::optional(steps) : std::nullopt;
+              })
       .left_out_when([](const DeformableDynamics::Params& p, const MetricUse&) {
         return std::string(p.integrator == Integrator::midpoint ? "" : "integrator is implicit_euler: all are");
       })

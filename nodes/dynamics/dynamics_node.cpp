@@ -204,4 +204,14 @@ void DynamicsNode::observe(const CouplingParameters& spring, const ContactPlanes
   energy_ = now.total() - observer_.dissipate(params_.dissipate_above, now.kinetic, bodies_);
 }
 
+std::optional<double> DynamicsNode::position_error_max() const {
+  const bool is_estimated = params_.error_estimate || params_.substep_tolerance > 0;
+  return is_estimated ? std::optional(error_max_) : std::nullopt;
+}
+
+std::optional<double> DynamicsNode::position_error_mean() const {
+  const double mean = samples_ > 0 ? error_sum_ / static_cast<double>(samples_) : 0.0;
+  return position_error_max() ? std::optional(mean) : std::nullopt;
+}
+
 }  // namespace tactor

@@ -54,11 +54,9 @@ class DynamicsNode : public Node, public Refusing {
   [[nodiscard]] const DynamicsCounts& counts() const { return counts_; }
   /// The energy that steps and contacts made and lost.
   [[nodiscard]] const PassivityObserver& observer() const { return observer_; }
-  /// m, that a sample of the handle adds, estimated; zero without an estimate.
-  [[nodiscard]] double position_error_max() const { return error_max_; }
-  [[nodiscard]] double position_error_mean() const {
-    return samples_ > 0 ? error_sum_ / static_cast<double>(samples_) : 0.0;
-  }
+  /// m, that a sample of the handle adds, estimated; empty if nothing is estimated.
+  [[nodiscard]] std::optional<double> position_error_max() const;
+  [[nodiscard]] std::optional<double> position_error_mean() const;
 
   Input<ContactSet> contacts;
   Input<DeviceState> device;
