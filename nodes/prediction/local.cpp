@@ -34,7 +34,11 @@ void LocalPredictor::declare_metrics(Declare<LocalPredictor>& node) {
               [](const LocalPredictor& self) { return self.refused_.refused(RefusalReason::unsolved); })
       .summed();
   const auto fit = [&node](const char* name, const char* doc, Better better, const auto& value) {
-    node.metric(std::string("local.fit.") + name, "1", doc, better, value)
+    const auto if_fitted = [value](const LocalPredictor& self) {
+      const auto found = static_cast<double>(std::invoke(value, self));
+      return self.params_.fit && self.state.connected() ? std::optional(found) : std::nullopt;
+    };
+    node.metric(std::string("local.fit.") + name, "1", doc, better, if_fitted)
         .left_out_when([](const LocalPredictor::Params& params, const MetricUse& use) {
           if (!params.fit) return std::string("fit is false");
           return std::string(use.is_fed("state") ? "" : "nothing feeds the input state");
