@@ -228,7 +228,7 @@ class Question {
       : session_(session), options_(options) {
     if (session.plan().graph.clock == Clock::real && options.live_progress) watch_.emplace(session, follower);
   }
-  /// What the question throws is the run's failure.
+  /// An exception of the question is the run's failure.
   void attend(RunResult& result) {
     const double wall = clock_seconds(CLOCK_MONOTONIC);
     if (wall - asked_ < 0.1 || !session_.is_running()) return;

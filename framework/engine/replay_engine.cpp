@@ -6,7 +6,7 @@ namespace tactor {
 
 namespace {
 
-/// What each step took as the costs of the nodes.
+/// The costs of the nodes: the time that each step took.
 std::vector<CostModel> costs_of(const Plan& plan, const RunLog& log) {
   std::vector<RunLog::Step> steps = log.steps;
   std::sort(steps.begin(), steps.end(), [](const auto& a, const auto& b) { return a.begun < b.begun; });

@@ -74,7 +74,7 @@ void VirtualEngine::advance(Duration duration, const Attendance& attendance) {
       MonotonicClock::sleep_until(begun + Duration::from_seconds((now() - from).seconds() / options_.pace));
     }
   } catch (const std::exception&) {
-    // What was sent before the failure still gets to its readers.
+    // Readers still get the messages from before the failure.
     try {
       attendance.read();
     } catch (const std::exception&) {

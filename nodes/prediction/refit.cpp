@@ -138,8 +138,9 @@ void declare_refit_parameters(Declare<Refitter>& node) {
 
 }  // namespace
 
-double Refitter::radius(double share) const {
+std::optional<double> Refitter::radius(double share) const {
   std::vector<double> radii = force_part_.spectral_radii();
+  if (radii.empty()) return std::nullopt;
   std::sort(radii.begin(), radii.end());
   return radii[std::min(radii.size() - 1, static_cast<std::size_t>(share * static_cast<double>(radii.size())))];
 }
@@ -159,14 +160,10 @@ void Refitter::declare_metrics(Declare<Refitter>& node) {
               })
       .missing_where("no fit is made")
       .metric("refit.spectral_radius_median", "1", "spectral radius of the models of force, median", Better::neither,
-              [](const Refitter& self) {
-                return self.force_part_.spectral_radii().empty() ? std::nullopt : std::optional(self.radius(0.5));
-              })
+              [](const Refitter& self) { return self.radius(0.5); })
       .missing_where("no fit is made")
       .metric("refit.spectral_radius_max", "1", "spectral radius of the models of force, largest", Better::neither,
-              [](const Refitter& self) {
-                return self.force_part_.spectral_radii().empty() ? std::nullopt : std::optional(self.radius(1));
-              })
+              [](const Refitter& self) { return self.radius(1); })
       .missing_where("no fit is made");
 }
 

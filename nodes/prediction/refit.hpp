@@ -43,8 +43,8 @@ class Refitter final : public Node {
 
  private:
   static void declare_metrics(Declare<Refitter>& node);
-  /// The quantile `share` of the spectral radii of the models of force.
-  [[nodiscard]] double radius(double share) const;
+  /// The quantile `share` of the spectral radii of the models of force; empty if there is none.
+  [[nodiscard]] std::optional<double> radius(double share) const;
   void take(const Stamped<Wrench>& sample);
   [[nodiscard]] bool ready() const;
   [[nodiscard]] bool window_is_full() const;

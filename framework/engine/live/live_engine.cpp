@@ -39,7 +39,6 @@ struct LoggerOfThread {
 
 LiveEngine::LiveEngine(const Plan& plan, const EngineOptions& options)
     : plan_(plan),
-      options_(options),
       end_(Time{} + plan.graph.duration),
       nodes_(plan),
       node_statistics_(plan.nodes.size()),

@@ -125,7 +125,6 @@ class LiveEngine final : public Engine, private ExternalInputs {
   void attend_until(const Attendance& attendance, Duration longest, const std::function<bool()>& done);
 
   const Plan& plan_;
-  const EngineOptions options_;
   const Time end_;
   PlanNodes nodes_;
   std::optional<std::string> failure_;
