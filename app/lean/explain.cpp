@@ -131,27 +131,21 @@ std::optional<GraphSpec> with_rotation(GraphSpec graph, const Registry& registry
   return graph;
 }
 
-/// The node that `what` says was left out, or empty.
-std::string left_out_node(const std::string& what) {
-  return what.starts_with("node ") ? what.substr(5) : "";
-}
-
 /// The graph with what was left out kept in; none where that cannot be run.
-std::optional<GraphSpec> kept_in(const GraphSpec& graph, const std::string& what, const Registry& registry) {
-  if (what == "torque") return with_rotation(graph, registry);
-  const std::string node = left_out_node(what);
-  const NodeSpec* spec = node.empty() ? nullptr : graph.node(node);
+std::optional<GraphSpec> kept_in(const GraphSpec& graph, const LeftOut& left, const Registry& registry) {
+  if (left.kind == LeftOut::Kind::torque) return with_rotation(graph, registry);
+  const NodeSpec* spec = left.kind == LeftOut::Kind::node ? graph.node(left.node) : nullptr;
   if (spec == nullptr || spec->info->outputs.empty()) return std::nullopt;
   // A node whose output is recorded is wanted.
   GraphSpec result = graph;
-  result.record.push_back(node + "." + spec->info->outputs.front().name);
+  result.record.push_back(left.node + "." + spec->info->outputs.front().name);
   return result;
 }
 
-/// The plan with what was left out kept in, run once; none where it cannot be run.
-std::optional<Timed> warmed(const Plan& plan, const std::string& what, const Registry& registry,
+/// The plan with `left` kept in, run once; none where it cannot be run.
+std::optional<Timed> warmed(const Plan& plan, const LeftOut& left, const Registry& registry,
                             const std::function<bool()>& interrupted) {
-  const std::optional<GraphSpec> graph = kept_in(plan.graph, what, registry);
+  const std::optional<GraphSpec> graph = kept_in(plan.graph, left, registry);
   if (!graph) return std::nullopt;
   try {
     Timed timed{make_plan(*graph), {}, {}};
@@ -162,17 +156,15 @@ std::optional<Timed> warmed(const Plan& plan, const std::string& what, const Reg
   }
 }
 
-/// What it cost in `kept` to keep `what` in: the node's steps; of torque all of the run, less `without`, by repeat.
-std::optional<ExplainedCost> cost_kept_in(const Timed& kept, const std::string& what,
-                                          const std::vector<double>& without) {
-  if (what == "torque") {
+/// What it cost in `kept` to keep `left` in: the node's steps; of torque all of the run, less `without`, by repeat.
+std::optional<ExplainedCost> cost_kept_in(const Timed& kept, const LeftOut& left, const std::vector<double>& without) {
+  if (left.kind == LeftOut::Kind::torque) {
     std::vector<double> more = totals(kept);
     for (std::size_t r = 0; r < more.size(); ++r) more[r] -= without[r];
     return cost_of(more);
   }
-  const std::string node = left_out_node(what);
   for (std::size_t n = 0; n < kept.plan.nodes.size(); ++n) {
-    if (kept.plan.nodes[n].name == node) return cost_of(kept.repeats[n]);
+    if (kept.plan.nodes[n].name == left.node) return cost_of(kept.repeats[n]);
   }
   return std::nullopt;
 }
@@ -248,7 +240,7 @@ Explanation explain_measured(const GraphSpec& graph, double seconds, Repeats rep
   e.physics = measure_physics_fit(plan, interrupted);
   run_once(timed, false, interrupted);
   std::vector<std::optional<Timed>> kept;
-  for (const LeftOut& left : plan.left_out) kept.push_back(warmed(plan, left.what, registry, interrupted));
+  for (const LeftOut& left : plan.left_out) kept.push_back(warmed(plan, left, registry, interrupted));
   std::vector<double> control;
   const auto run_timed = [&](Timed& one) {
     control.push_back(measure_control());
@@ -268,7 +260,7 @@ Explanation explain_measured(const GraphSpec& graph, double seconds, Repeats rep
   for (std::size_t i = 0; i < kept.size(); ++i) {
     const LeftOut& left = plan.left_out[i];
     e.left_out.push_back(
-        {left.what, left.why, kept[i] ? cost_kept_in(*kept[i], left.what, total) : std::optional<ExplainedCost>()});
+        {left.what, left.why, kept[i] ? cost_kept_in(*kept[i], left, total) : std::optional<ExplainedCost>()});
   }
   return e;
 }

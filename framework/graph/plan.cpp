@@ -147,7 +147,7 @@ Plan build(GraphSpec graph, bool reference) {
     TACTOR_DEMAND(node != graph.nodes.end());
     const auto n = static_cast<std::size_t>(node - graph.nodes.begin());
     if (!kept.nodes[n]) {
-      plan.left_out.push_back({"recording " + stream, name + " is left out"});
+      plan.left_out.push_back({"recording " + stream, name + " is left out", LeftOut::Kind::recording});
       continue;
     }
     const OutputInfo* output = node->info->output(stream.substr(name.size() + 1));

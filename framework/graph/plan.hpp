@@ -1,6 +1,7 @@
 // A Plan: the nodes and edges of a graph that its scene needs, in the order an engine steps them.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -11,8 +12,11 @@ namespace tactor {
 
 /// Something that was not needed and why.
 struct LeftOut {
+  enum class Kind : std::uint8_t { torque, node, edge, recording };
   std::string what;  ///< `node refit`, `torque`, `edge a.x -> b.y`
   std::string why;   ///< for example `the coefficients are fixed`
+  Kind kind = Kind::torque;
+  std::string node{};  ///< its name, where it is a node
 };
 
 /// A node whose type stood for others, and what it became in this scene.

@@ -99,7 +99,8 @@ Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires) {
     const bool costs = graph.nodes[n].cost.kind != CostModel::Kind::none && !graph.scene.deformable().empty();
     kept.left_out.push_back(
         {"node " + graph.nodes[n].name,
-         reason + (costs ? "; its declared cost is left out too: give a cost to the node that does its work" : "")});
+         reason + (costs ? "; its declared cost is left out too: give a cost to the node that does its work" : ""),
+         LeftOut::Kind::node, graph.nodes[n].name});
   }
   for (std::size_t e = 0; e < wires.size(); ++e) {
     const bool from = kept.nodes[wires[e].from];
@@ -109,7 +110,7 @@ Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires) {
     const EdgeSpec& edge = graph.edges[e];
     std::string reason = edge_reasons[e];
     if (reason.empty()) reason = (from ? edge.to_node : edge.from_node) + " is left out";
-    kept.left_out.push_back({"edge " + edge.name(), std::move(reason)});
+    kept.left_out.push_back({"edge " + edge.name(), std::move(reason), LeftOut::Kind::edge});
   }
   return kept;
 }

@@ -171,7 +171,7 @@ std::string error_at(const RunCase& c, const std::string& set, Registry& registr
     static_cast<void>(load_graph(c.graph, registry, overrides));
   } catch (const GraphError& error) {
     for (const Diagnostic& one : error.diagnostics()) {
-      if (one.place.file != "--set " + set) continue;
+      if (one.place.file != overrides.back().place.file) continue;
       const std::size_t colon = one.message.find(": ");
       return colon == std::string::npos ? one.message : one.message.substr(colon + 2);
     }
