@@ -173,8 +173,12 @@ std::vector<std::string> check_nodes(const Plan& plan) {
   return NodeChecks().check(plan);
 }
 
-void check_node(const GraphSpec& graph, const NodeSpec& spec, std::vector<std::string>* notes) {
-  at_place(graph, spec, [&] { spec.info->check(spec.params, context_of(graph, spec, nullptr, notes)); });
+NodeNotes check_node(const GraphSpec& graph, const NodeSpec& spec) {
+  NodeNotes told;
+  NodeContext context = context_of(graph, spec, nullptr, &told.notes);
+  context.limits = &told.limits;
+  at_place(graph, spec, [&] { spec.info->check(spec.params, context); });
+  return told;
 }
 
 void PlanNodes::follow(const PlanNodes& tested) {

@@ -72,7 +72,12 @@ class NodeChecks {
 
 /// The same for one plan.
 std::vector<std::string> check_nodes(const Plan& plan);
-/// The same for one node of a graph; its notes are added to `notes`, where that is not null.
-void check_node(const GraphSpec& graph, const NodeSpec& spec, std::vector<std::string>* notes = nullptr);
+/// What a node tells when it is checked.
+struct NodeNotes {
+  std::vector<std::string> notes;
+  std::vector<LimitedParameter> limits;
+};
+/// The same for one node of a graph.
+NodeNotes check_node(const GraphSpec& graph, const NodeSpec& spec);
 
 }  // namespace tactor

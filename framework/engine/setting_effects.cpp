@@ -1,12 +1,10 @@
 #include "framework/engine/setting_effects.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <deque>
 #include <optional>
 #include <set>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -42,29 +40,18 @@ struct State {
 };
 
 /// The settings of a path in their order, cut where a parameter comes up again: `mute=0` and `mute=1` are two groups.
-std::vector<std::pair<std::string, std::vector<std::string>>> groups_of(const NodeSpec& setter) {
-  std::vector<std::pair<std::string, std::vector<std::string>>> groups;
+std::vector<std::vector<Setting>> groups_of(const NodeSpec& setter) {
+  std::vector<std::vector<Setting>> groups;
   std::set<std::string> names;
   for (const Setting& setting : setter.info->sets(setter.params)) {
-    const std::string name = setting.text.substr(0, setting.text.find('='));
-    if (groups.empty() || groups.back().first != setting.path || names.contains(name)) {
-      groups.push_back({setting.path, {}});
+    if (groups.empty() || groups.back().front().path != setting.path || names.contains(setting.parameter)) {
+      groups.emplace_back();
       names.clear();
     }
-    names.insert(name);
-    groups.back().second.push_back(setting.text);
+    names.insert(setting.parameter);
+    groups.back().push_back(setting);
   }
   return groups;
-}
-
-/// True where `text` has `word`, and not as a part of a longer name.
-bool has_word(std::string_view text, std::string_view word) {
-  const auto in_name = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_'; };
-  for (std::size_t at = text.find(word); at != std::string_view::npos; at = text.find(word, at + 1)) {
-    const std::size_t end = at + word.size();
-    if ((at == 0 || !in_name(text[at - 1])) && (end == text.size() || !in_name(text[end]))) return true;
-  }
-  return false;
 }
 
 /// What one setter does to one node.
@@ -72,7 +59,7 @@ class EffectCheck {
  public:
   EffectCheck(const Plan& plan, const NodeSpec& setter, const NodeSpec& node, Diagnostics& diagnostics)
       : plan_(plan), setter_(setter), node_(node), diagnostics_(diagnostics) {
-    for (const auto& [path, texts] : groups_of(setter)) add(path, texts);
+    for (const std::vector<Setting>& settings : groups_of(setter)) add(settings);
   }
 
   void check() {
@@ -98,17 +85,17 @@ class EffectCheck {
   }
 
  private:
-  void add(const std::string& path, const std::vector<std::string>& texts) {
-    Group group{path, {}, {}};
+  void add(const std::vector<Setting>& settings) {
+    Group group{settings.front().path, {}, {}};
     std::set<std::size_t> params;
-    for (const std::string& text : texts) {
-      group.text += (group.text.empty() ? "" : "; ") + text;
-      const std::size_t dot = text.find('.'), equals = text.find('=');
-      // What cannot be set is refused elsewhere.
-      if (equals == std::string::npos || dot > equals || text.substr(0, dot) != node_.name) continue;
-      const auto param = node_.info->param(text.substr(dot + 1, equals - dot - 1));
+    for (const Setting& setting : settings) {
+      group.text += (group.text.empty() ? "" : "; ") + setting.text();
+      const std::size_t dot = setting.parameter.find('.');
+      if (dot == std::string::npos || setting.parameter.substr(0, dot) != node_.name) continue;
+      const auto param = node_.info->param(setting.parameter.substr(dot + 1));
+      // A plan refuses a parameter that does not exist.
       if (!param) continue;
-      group.steps.push_back({*param, parse_parameter(node_, *param, text.substr(equals + 1), path), text});
+      group.steps.push_back({*param, parse_parameter(node_, *param, setting.value, setting.path), setting.text()});
       params.insert(*param);
     }
     if (group.steps.empty()) return;
@@ -122,7 +109,7 @@ class EffectCheck {
   /// Why the node refuses these values, and what it notes of them.
   struct Said {
     std::string refusal;
-    std::vector<std::string> notes;
+    NodeNotes told;
   };
   const Said& said_of(const Values& params) {
     const auto known = std::find_if(said_.begin(), said_.end(), [&](const auto& one) { return one.first == params; });
@@ -131,7 +118,7 @@ class EffectCheck {
     changed.params = params;
     Said& said = said_.emplace_back(params, Said{}).second;
     try {
-      check_node(plan_.graph, changed, &said.notes);
+      said.told = check_node(plan_.graph, changed);
     } catch (const InputError& error) {
       said.refusal = error.what();
     }
@@ -176,27 +163,30 @@ class EffectCheck {
   void check_notes(const State& state) {
     std::string text;
     for (const Group* group : state.made) text += (text.empty() ? "" : "; ") + group->text;
-    for (const std::string& note : said_of(state.params).notes) {
-      if (!is_limited(note)) continue;
-      refuse(state.made.front()->path, text, note + "; other settings would feel alike");
+    for (const std::string& note : said_of(state.params).told.notes) {
+      if (is_felt_alike(note, said_of(state.params).told.limits)) {
+        refuse(state.made.front()->path, text, note + "; other settings would feel alike");
+      }
     }
   }
 
-  /// The note begins with the parameter that does not get what it asks for (see setting_effects.hpp).
-  bool is_limited(const std::string& note) {
-    const std::string begin = "node " + node_.name + ": ";
-    const std::string_view rest = std::string_view(note).substr(note.starts_with(begin) ? begin.size() : 0);
-    const std::string_view first = rest.substr(0, rest.find(' '));
-    bool names_limit = false;
-    for (const std::set<std::size_t>& params : set_by_) {
-      for (const std::size_t param : params) {
-        const std::string& name = node_.info->params[param].name;
-        if (name == first) return true;
-        names_limit = names_limit || has_word(rest, name);
-      }
+  [[nodiscard]] bool is_set(const std::string& parameter) const {
+    const auto index = node_.info->param(parameter);
+    return index && std::any_of(set_by_.begin(), set_by_.end(),
+                                [&](const std::set<std::size_t>& params) { return params.contains(*index); });
+  }
+
+  /// The note says that a parameter that is set is without effect, or it came with the settings (see
+  /// setting_effects.hpp).
+  bool is_felt_alike(const std::string& note, const std::vector<LimitedParameter>& limits) {
+    const auto limit =
+        std::find_if(limits.begin(), limits.end(), [&](const LimitedParameter& one) { return one.note == note; });
+    if (limit != limits.end()) {
+      if (is_set(limit->parameter)) return true;
+      if (is_set(limit->by)) return false;
     }
-    const std::vector<std::string>& before = said_of(node_.params).notes;
-    return !names_limit && std::find(before.begin(), before.end(), note) == before.end();
+    const std::vector<std::string>& before = said_of(node_.params).told.notes;
+    return std::find(before.begin(), before.end(), note) == before.end();
   }
 
   const Plan& plan_;

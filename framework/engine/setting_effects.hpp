@@ -10,10 +10,9 @@ namespace tactor {
 /// Groups that set the same parameters take turns: the conditions of an experiment, say, or its levels. Those that set
 /// others hold at the same time. So what is checked is each combination of a group of each kind:
 /// - Its settings can be made one by one, from the values of the graph and from each other combination.
-/// - It is felt as it is set. A node notes which limit takes the place of what a parameter asks for; such a note begins
-///   `node NAME: PARAMETER`. It is an error where PARAMETER is set, because other values would feel alike. Where
-///   another parameter that is set is named, that is the limit, and is felt. Any other note is an error where the
-///   values of the graph do not make it.
+/// - It is felt as it is set. A node notes which parameter limits another one (NodeContext::note_limit). That is an
+///   error where the limited parameter is set, because other values would feel alike. It is none where only the limit
+///   is set, because that is felt. Any other note is an error where the values of the graph do not make it.
 /// Throws YamlError with the places of all such settings, one error for each place and node.
 void check_effects(const Plan& plan);
 

@@ -134,12 +134,7 @@ class Declare {
   /// wait. A change that would make the force jump must be reached over some time. If N has `std::string refuses(const
   /// Params&) const`, it is called before, on any thread, and returns why the node cannot take them; empty: it can.
   Declare& tunable(std::initializer_list<std::string_view> names) {
-    for (const std::string_view name : names) {
-      const auto param =
-          std::find_if(info_.params.begin(), info_.params.end(), [&](const auto& p) { return p.name == name; });
-      TACTOR_DEMAND(param != info_.params.end());
-      param->tunable = true;
-    }
+    for (const std::string_view name : names) declared(name).tunable = true;
     auto params = params_;
     info_.typed = [params](const std::vector<ParamValue>& values) -> std::shared_ptr<const void> {
       return std::make_shared<const P>(assign_all(*params, values));
@@ -164,12 +159,15 @@ class Declare {
   /// The value that the parameter `name` takes if a run writes no file, such as a replay, or a session that keeps no
   /// tables.
   Declare& in_replay(std::string_view name, ParamValue value) {
-    for (ParamInfo& param : info_.params) {
-      if (param.name != name) continue;
-      param.in_replay = std::move(value);
-      return *this;
-    }
-    TACTOR_DEMAND(!"the parameter is declared");
+    declared(name).in_replay = std::move(value);
+    return *this;
+  }
+  /// The parameter `name` has that meaning.
+  Declare& means(std::string_view name, ParamMeaning meaning) {
+    ParamInfo& param = declared(name);
+    const bool is_time = meaning == ParamMeaning::ramp || meaning == ParamMeaning::settling_time;
+    TACTOR_DEMAND(is_time ? param.kind == ParamKind::real && param.unit == "s" : param.kind == ParamKind::integer);
+    param.meaning = meaning;
     return *this;
   }
   /// Its steps do not allocate, lock or wait, so a graph may put it into the real-time lane.
@@ -197,14 +195,10 @@ class Declare {
   /// Values of the parameter `name`, each of which may be cheaper and less exact than the one before. `tactor lean`
   /// tries those beyond a graph's own. Numbers go up or go down, and there are at least two.
   Declare& coarser(std::string_view name, std::vector<ParamValue> values) {
-    for (ParamInfo& param : info_.params) {
-      if (param.name != name) continue;
-      const bool is_number = param.kind == ParamKind::real || param.kind == ParamKind::integer;
-      TACTOR_DEMAND(values.size() >= (is_number ? 2U : 1U));
-      param.coarser = std::move(values);
-      return *this;
-    }
-    TACTOR_DEMAND(!"the parameter is declared");
+    ParamInfo& param = declared(name);
+    const bool is_number = param.kind == ParamKind::real || param.kind == ParamKind::integer;
+    TACTOR_DEMAND(values.size() >= (is_number ? 2U : 1U));
+    param.coarser = std::move(values);
     return *this;
   }
 
@@ -213,10 +207,7 @@ class Declare {
                        std::function<std::string(const P&, const ParamUse&)> why) {
     auto params = params_;
     for (const std::string_view name : names) {
-      const auto param =
-          std::find_if(info_.params.begin(), info_.params.end(), [&](const auto& p) { return p.name == name; });
-      TACTOR_DEMAND(param != info_.params.end());
-      param->unread = [params, why](const std::vector<ParamValue>& values, const ParamUse& use) {
+      declared(name).unread = [params, why](const std::vector<ParamValue>& values, const ParamUse& use) {
         return why(assign_all(*params, values), use);
       };
     }
@@ -492,6 +483,12 @@ class Declare {
   }
 
  private:
+  ParamInfo& declared(std::string_view name) {
+    const auto param =
+        std::find_if(info_.params.begin(), info_.params.end(), [&](const auto& p) { return p.name == name; });
+    TACTOR_DEMAND(param != info_.params.end());
+    return *param;
+  }
   static ParamInfo base(std::string name, ParamKind kind, std::string doc) {
     ParamInfo p;
     p.name = std::move(name);

@@ -91,4 +91,11 @@ std::optional<std::size_t> NodeInfo::param(std::string_view name) const {
   return static_cast<std::size_t>(found - params.data());
 }
 
+std::optional<std::size_t> NodeInfo::param(ParamMeaning meaning) const {
+  for (std::size_t i = 0; i < params.size(); ++i) {
+    if (params[i].meaning == meaning) return i;
+  }
+  return std::nullopt;
+}
+
 }  // namespace tactor

@@ -84,6 +84,15 @@ std::string_view name_of(Role role);
 /// The role of that name; Role::other where there is none.
 Role role_of(std::string_view name);
 
+/// What a parameter means to rules over several nodes.
+enum class ParamMeaning : std::uint8_t {
+  other,
+  ramp,             ///< s: the time in which a new value of the node is reached
+  settling_time,    ///< s: the time that a node which sets others gives them before it goes on
+  answer_button,    ///< the device's button that answers, 1 for its first one; 0: none
+  dead_man_button,  ///< the device's button that a person must hold, 1 for its first one; 0: none
+};
+
 /// A parameter of a node type.
 struct ParamInfo {
   std::string name;
@@ -102,8 +111,9 @@ struct ParamInfo {
   std::optional<ParamValue> in_reference;  ///< the value this parameter takes in a reference run
   std::optional<ParamValue> in_replay;     ///< the value this parameter takes where a run writes no file
   bool tunable = false;                    ///< it may be set while a session runs
-  std::optional<Role> as_in;               ///< if a graph gives no value: take that of its node of this role
-  std::vector<ParamValue> coarser;         ///< coarser values, each coarser than the one before
+  ParamMeaning meaning = ParamMeaning::other;
+  std::optional<Role> as_in;        ///< if a graph gives no value: take that of its node of this role
+  std::vector<ParamValue> coarser;  ///< coarser values, each coarser than the one before
   /// The reason why the node does not read it, given the values of all its parameters, or empty if it does; null: it
   /// always reads it.
   std::function<std::string(const std::vector<ParamValue>&, const ParamUse&)> unread;
@@ -190,10 +200,12 @@ struct MetricInfo {
 inline constexpr std::array<std::string_view, 8> node_keys{"type",   "python", "cost",     "lane",
                                                            "thread", "policy", "priority", "cpu"};
 
-/// A tunable parameter of another node that a node sets during the run.
+/// A tunable parameter of another node that a node sets during the run, and the value.
 struct Setting {
-  std::string path;  ///< of the value that says so, among the node's own parameters: `conditions.A`
-  std::string text;  ///< `select.use=first`, as Session::set takes it
+  std::string path;       ///< of what says so, among the node's own parameters: `conditions.A`
+  std::string parameter;  ///< `select.use`
+  std::string value;      ///< `first`, as a graph file has it
+  [[nodiscard]] std::string text() const { return parameter + "=" + value; }
 };
 
 struct NodeInfo;
@@ -266,8 +278,8 @@ struct NodeInfo {
   /// The reason why the node cannot take them as it is connected, empty if it can; from any thread. Null: only `check`
   /// gives reasons.
   std::function<std::string(const Node&, const void* params)> refuses{};
-  /// The parameters that it may set by its SetRequests. A plan refuses those that cannot be set, and keeps the node
-  /// even without readers. Empty: it sets nothing.
+  /// The settings that its SetRequests name by their index. A plan refuses those that cannot be made, and keeps the
+  /// node even without readers. Empty: it sets nothing.
   std::function<std::vector<Setting>(const std::vector<ParamValue>&)> sets{};
   /// Makes the node from values in the order of `params`; null where there is `resolve`. Devices are opened when the
   /// node starts, not here.
@@ -276,6 +288,8 @@ struct NodeInfo {
   [[nodiscard]] const InputInfo* input(std::string_view name) const;
   [[nodiscard]] const OutputInfo* output(std::string_view name) const;
   [[nodiscard]] std::optional<std::size_t> param(std::string_view name) const;
+  /// The first parameter with that meaning.
+  [[nodiscard]] std::optional<std::size_t> param(ParamMeaning meaning) const;
 };
 
 }  // namespace tactor

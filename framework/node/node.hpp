@@ -20,6 +20,13 @@ struct HandPath {
   std::vector<Pose> X_WH;
 };
 
+/// A parameter that does not get what it asks for, because another one limits it.
+struct LimitedParameter {
+  std::string parameter;  ///< `k_0`
+  std::string by;         ///< `k_device`
+  std::string note;       ///< the note that says so
+};
+
 /// What a node may know when it is made or checked.
 struct NodeContext {
   std::string name;                ///< its name in the graph
@@ -30,6 +37,13 @@ struct NodeContext {
   const HandPath* hand = nullptr;  ///< null: not known
   /// The node adds notes here that the user should read but that do not stop the run, each once; null: not wanted.
   std::vector<std::string>* notes = nullptr;
+  std::vector<LimitedParameter>* limits = nullptr;  ///< the node adds here what `note_limit` says; null: not wanted
+
+  /// Adds a note that says that `by` takes the place of what `parameter` asks for; experiments refuse such a setting.
+  void note_limit(const std::string& parameter, const std::string& by, const std::string& note) const {
+    if (notes != nullptr) notes->push_back(note);
+    if (limits != nullptr) limits->push_back({parameter, by, note});
+  }
 };
 
 /// Where a run is. Under the virtual clock it ends without stopping: nothing moves.

@@ -10,7 +10,11 @@
 
 namespace tactor {
 
-enum class RequestKind : std::int32_t { set, end_run };
+enum class RequestKind : std::int32_t {
+  set,         ///< the parameter of a declared setting to its value
+  set_number,  ///< the parameter of a declared setting to `number`
+  end_run,
+};
 
 /// The session carries out the request, as its owner would by `Session::set` and `Session::stop`. Under the virtual
 /// clock it does so at the next whole millisecond, live within its own period (20 ms). A replay ignores requests: the
@@ -20,19 +24,20 @@ enum class RequestKind : std::int32_t { set, end_run };
 /// with older parameters of that node is running any more. The node that asked is then told (Node::request_done). A
 /// refused request ends the run; its failure begins with `about`.
 struct SetRequest {
-  static constexpr std::size_t most_text = 256;
   static constexpr std::size_t most_about = 64;
   RequestKind kind = RequestKind::set;
-  std::int32_t length = 0;                       ///< bytes of `text` in use
-  std::array<std::uint8_t, most_text> text{};    ///< `node.parameter=value`, as in a graph file, UTF-8
+  std::int32_t setting = 0;                      ///< index into what the type declares (NodeInfo::sets)
+  double number = 0;                             ///< set_number: the value, in the SI unit of the parameter
   std::int32_t about_length = 0;                 ///< bytes of `about` in use
   std::array<std::uint8_t, most_about> about{};  ///< what it is for, UTF-8: `trial 7, interval 1`; or empty
 };
 
-/// The request to set; the text has no more than `most_text` bytes, and `about` no more than `most_about`.
-SetRequest set_request(std::string_view text, std::string_view about = {});
-/// The text of a request.
-std::string_view text_of(const SetRequest& request);
+/// The request for a declared setting. `about` has at most `most_about` bytes.
+SetRequest set_request(std::size_t setting, std::string_view about = {});
+/// The request for another number in its place, in the SI unit of the parameter.
+SetRequest number_request(std::size_t setting, double number, std::string_view about = {});
+/// The request to end the run.
+SetRequest end_request();
 /// What a request is for.
 std::string_view about_of(const SetRequest& request);
 

@@ -126,6 +126,7 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
        .default_value = defaults.dead_man_button,
        .min = 0,
        .max = 31});
+  declaration.means("dead_man_button", ParamMeaning::dead_man_button);
   declare_gate_metrics(declaration);
 }
 

@@ -12,6 +12,7 @@
 #include "framework/graph/queue_bounds.hpp"
 #include "framework/node/set_request.hpp"
 #include "framework/yaml/diagnostics.hpp"
+#include "framework/yaml/yaml_values.hpp"
 
 namespace tactor {
 
@@ -56,6 +57,21 @@ struct TunableParameter {
   std::size_t param = 0;
 };
 
+/// A value of a tunable parameter.
+struct NewValue {
+  TunableParameter at;
+  ParamValue value;
+  std::string text;  ///< the value as a graph file has it
+};
+
+/// A node's parameters with a value that is new.
+struct Change {
+  std::size_t node = 0;
+  std::vector<ParamValue> params;
+  std::shared_ptr<const void> typed;  ///< the same as the struct of the node's class
+  SetEvent event;
+};
+
 TunableParameter find_tunable(const Plan& plan, std::string_view name) {
   const std::string asked(name);
   std::vector<std::string> tunable;
@@ -71,12 +87,6 @@ TunableParameter find_tunable(const Plan& plan, std::string_view name) {
     }
   }
   throw InputError("the run has no parameter " + asked + did_you_mean(asked, tunable));
-}
-
-/// Parameter and value of `coupling.k_0=1200 N/m`.
-std::pair<std::string_view, std::string_view> parts_of(std::string_view text) {
-  const std::size_t equals = std::min(text.find('='), text.size());
-  return {text.substr(0, equals), text.substr(std::min(equals + 1, text.size()))};
 }
 
 /// The plan whose nodes write no files of their own. What that changes is noted.
@@ -107,7 +117,7 @@ PlannedOutput find_output(const Plan& plan, std::string_view name) {
     }
   }
   for (const LeftOut& left_out : plan.left_out) {
-    if (left_out.what == "node " + node) {
+    if (left_out.kind == LeftOut::Kind::node && left_out.node == node) {
       throw InputError("the run has no output " + std::string(name) + ": its node was left out, because " +
                        left_out.why + "; record it in the graph");
     }
@@ -132,6 +142,44 @@ class Session::Run {
       : plan(options.keeps_tables ? std::move(p) : without_tables(std::move(p), notes)),
         engine(make_engine(plan, options.engine, options.replay)) {
     for (const NodeSpec& node : plan.nodes) params.push_back(node.params);
+    read_settings();
+  }
+
+  /// The value as the parameter takes it. Throws InputError where there is none.
+  [[nodiscard]] NewValue parsed(std::string_view parameter, std::string_view value) const {
+    const TunableParameter at = find_tunable(plan, parameter);
+    std::string text(value);
+    const std::string where = "set " + std::string(parameter) + "=" + text;
+    return {at, parse_parameter(plan.nodes[at.node], at.param, text, where), std::move(text)};
+  }
+
+  /// The change to that value. Throws InputError where the node refuses it together with its other parameters.
+  [[nodiscard]] Change changed(const NewValue& to) const {
+    const NodeSpec& node = plan.nodes[to.at.node];
+    const NodeInfo& info = *node.info;
+    const std::string text = info.params[to.at.param].name + "=" + to.text;
+    const std::string where = "set " + node.name + "." + text + ": ";
+    Change change{to.at.node, params[to.at.node], nullptr, {.node = static_cast<std::int32_t>(to.at.node)}};
+    change.params[to.at.param] = to.value;
+    change.typed = info.typed(change.params);
+    const Node& made = engine->nodes()[to.at.node];
+    const std::string why = info.refuses ? info.refuses(made, change.typed.get()) : "";
+    if (!why.empty()) throw InputError(where + why);
+    if (text.size() > SetEvent::most_text) {
+      throw InputError("set " + node.name + "." + info.params[to.at.param].name + ": the value is too long");
+    }
+    change.event.length = static_cast<std::int32_t>(text.size());
+    std::copy(text.begin(), text.end(), change.event.text.begin());
+    return change;
+  }
+
+  void set(const NewValue& to) {
+    Change change = changed(to);
+    NodeSpec spec = plan.nodes[change.node];
+    spec.params = change.params;
+    check_node(plan.graph, spec);
+    engine->set(change.node, std::move(change.typed), change.event);
+    params[change.node] = std::move(change.params);
   }
 
   void attach(Tap& tap, const PlannedOutput& at) const {
@@ -163,9 +211,8 @@ class Session::Run {
     if (first) std::rethrow_exception(first);
   }
 
-  /// Takes what nodes ask of the run, in their order. `make` does it, and returns the node that it has set.
-  void take_requests(std::function<std::optional<std::size_t>(const SetRequest&)> make) {
-    make_request = std::move(make);
+  /// Reads what nodes ask of the run, in their order.
+  void read_requests() {
     for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
       if (!plan.nodes[n].info->sets) continue;
       const auto take = [this, n](const Stamp& /*stamp*/, const void* value) {
@@ -193,22 +240,61 @@ class Session::Run {
         last_made.reset();
       }
       if (asked.empty()) return true;
-      const auto [by, request] = asked.front();
+      const Asked next = asked.front();
       asked.pop_front();
-      if (const auto node = make_request(request)) last_made = {by, *node};
+      make(next);
     }
     return true;
+  }
+
+  /// The values of all settings that nodes may ask for. Throws YamlError with the place of the first that cannot be
+  /// made.
+  void read_settings() {
+    settings.resize(plan.nodes.size());
+    for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+      const NodeSpec& node = plan.nodes[n];
+      if (!node.info->sets) continue;
+      for (const Setting& setting : node.info->sets(node.params)) {
+        try {
+          settings[n].push_back(parsed(setting.parameter, setting.value));
+          static_cast<void>(changed(settings[n].back()));
+        } catch (const InputError& error) {
+          const std::string path = "nodes." + node.name + "." + setting.path;
+          throw YamlError({{plan.graph.place_of(path), path + ": " + error.what()}});
+        }
+      }
+    }
+  }
+
+  /// Does what a node has asked for. Throws RunError where that is refused.
+  void make(const Asked& next) {
+    if (next.request.kind == RequestKind::end_run) return engine->stop("");
+    try {
+      const auto index = static_cast<std::size_t>(next.request.setting);
+      if (index >= settings[next.by].size()) throw InputError("there is no setting of index " + std::to_string(index));
+      NewValue value = settings[next.by][index];
+      if (next.request.kind == RequestKind::set_number) {
+        // A bare number is in SI units.
+        const NodeSpec& node = plan.nodes[value.at.node];
+        value = parsed(node.name + "." + node.info->params[value.at.param].name, number_text(next.request.number));
+      }
+      set(value);
+      last_made = {next.by, value.at.node};
+    } catch (const std::exception& error) {
+      const std::string about(about_of(next.request));
+      throw RunError((about.empty() ? "" : about + ": ") + error.what());
+    }
   }
 
   std::vector<std::string> notes;  // of what is left empty
   const Plan plan;
   const std::unique_ptr<Engine> engine;
   std::vector<std::vector<ParamValue>> params;  // by node, as they were set last
+  std::vector<std::vector<NewValue>> settings;  // by node, those that it may ask for
   std::list<Subscription> subscriptions;
   std::list<Subscription> requests;  // of nodes
-  std::function<std::optional<std::size_t>(const SetRequest&)> make_request;
-  std::deque<Asked> asked;        // not done yet
-  std::optional<Made> last_made;  // of the newest request, not in force yet
+  std::deque<Asked> asked;           // not done yet
+  std::optional<Made> last_made;     // of the newest request, not in force yet
   const Attendance attendance{[this] { read(); }, [this] { return serve(); }};
   std::uint64_t messages_begun = 0;    // by on_message
   std::uint64_t dropped_by_ended = 0;  // by subscriptions that have ended
@@ -216,36 +302,11 @@ class Session::Run {
 };
 
 Session::Session(Plan plan, const SessionOptions& options) : run_(std::make_unique<Run>(std::move(plan), options)) {
-  for (const NodeSpec& node : run_->plan.nodes) {
-    if (!node.info->sets) continue;
-    for (const Setting& setting : node.info->sets(node.params)) {
-      try {
-        const auto [parameter, value] = parts_of(setting.text);
-        static_cast<void>(parsed(parameter, value));
-      } catch (const InputError& error) {
-        const std::string path = "nodes." + node.name + "." + setting.path;
-        throw YamlError({{run_->plan.graph.place_of(path), path + ": " + error.what()}});
-      }
-    }
-  }
   if (options.replay == nullptr) {
     for (const std::string& note : run_->notes) nodes().note(note);
     check_effects(run_->plan);
   }
-  run_->take_requests([this](const SetRequest& request) -> std::optional<std::size_t> {
-    if (request.kind == RequestKind::end_run) {
-      stop();
-      return std::nullopt;
-    }
-    const auto [parameter, value] = parts_of(text_of(request));
-    try {
-      set(parameter, value);
-      return find_tunable(run_->plan, parameter).node;
-    } catch (const std::exception& error) {
-      const std::string about(about_of(request));
-      throw RunError((about.empty() ? "" : about + ": ") + error.what());
-    }
-  });
+  run_->read_requests();
 }
 
 Session::~Session() {
@@ -340,33 +401,9 @@ bool Session::Feed::send(const void* value, std::optional<Time> valid) {
   return run_->engine->feed(node_, valid, value);
 }
 
-Session::Change Session::parsed(std::string_view parameter, std::string_view value) {
-  const TunableParameter at = find_tunable(plan(), parameter);
-  const NodeInfo& info = *plan().nodes[at.node].info;
-  const std::string what = "set " + std::string(parameter) + "=" + std::string(value);
-  NodeSpec changed = plan().nodes[at.node];
-  changed.params = run_->params[at.node];
-  changed.params[at.param] = parse_parameter(changed, at.param, std::string(value), what);
-  std::shared_ptr<const void> typed = info.typed(changed.params);
-  if (const std::string why = info.refuses ? info.refuses(nodes()[at.node], typed.get()) : ""; !why.empty()) {
-    throw InputError(what + ": " + why);
-  }
-  const std::string text = info.params[at.param].name + "=" + std::string(value);
-  if (text.size() > SetEvent::most_text) throw InputError("set " + std::string(parameter) + ": the value is too long");
-  SetEvent event{
-      .node = static_cast<std::int32_t>(at.node), .length = static_cast<std::int32_t>(text.size()), .text = {}};
-  std::copy(text.begin(), text.end(), event.text.begin());
-  return {at.node, std::move(changed.params), std::move(typed), event};
-}
-
 void Session::set(std::string_view parameter, std::string_view value) {
   TACTOR_DEMAND(run_->started);
-  Change change = parsed(parameter, value);
-  NodeSpec changed = plan().nodes[change.node];
-  changed.params = change.params;
-  check_node(plan().graph, changed);
-  run_->engine->set(change.node, std::move(change.typed), change.event);
-  run_->params[change.node] = std::move(change.params);
+  run_->set(run_->parsed(parameter, value));
 }
 
 std::uint64_t Session::dropped() const {

@@ -170,16 +170,6 @@ class Session {
   [[nodiscard]] Duration cpu_time() const;
 
  private:
-  /// A parameter that is to change.
-  struct Change {
-    std::size_t node = 0;
-    std::vector<ParamValue> params;     // of the node, all of them
-    std::shared_ptr<const void> typed;  // the same as its struct
-    SetEvent event;
-  };
-  /// The change to a value that the parameter may have. Throws as `set`, which also asks the node about the value
-  /// together with its other parameters.
-  [[nodiscard]] Change parsed(std::string_view parameter, std::string_view value);
   void end_tap(const Tap& tap);
 
   std::unique_ptr<Run> run_;

@@ -36,9 +36,10 @@ void note_limits(const AdaptiveCoupling::Params& p, const CoupledTool& tool, con
                         const char* high_name, double high) {
     if (asked >= low && asked <= high) return;
     const bool above = asked > high;
-    context.notes->push_back("node " + context.name + ": " + name + " asks for " + std::to_string(asked) + " " + unit +
-                             " at the tool's mass, and " + (above ? high_name : low_name) + " holds it at " +
-                             std::to_string(above ? high : low));
+    const char* by = above ? high_name : low_name;
+    context.note_limit(name, by,
+                       "node " + context.name + ": " + name + " asks for " + std::to_string(asked) + " " + unit +
+                           " at the tool's mass, and " + by + " holds it at " + std::to_string(above ? high : low));
   };
   note("k_0", "N/m", p.k_0 * std::pow(tool.mass / p.m_0, p.a), "k_min", p.k_min, "k_device", p.k_device);
   if (!tool.torque) return;
@@ -50,7 +51,7 @@ void note_limits(const AdaptiveCoupling::Params& p, const CoupledTool& tool, con
 
 AdaptiveCoupling::AdaptiveCoupling(const Params& params, const NodeContext& context)
     : AdaptiveCoupling(params, coupled_tool("coupling.adaptive", context)) {
-  if (context.notes != nullptr) note_limits(params, tool_, context);
+  note_limits(params, tool_, context);
 }
 
 AdaptiveCoupling::AdaptiveCoupling(const Params& params, const CoupledTool& tool)

@@ -1,8 +1,6 @@
 #include "nodes/experiment/protocol.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <utility>
 
 #include "framework/core/check.hpp"
@@ -16,23 +14,6 @@ namespace {
 constexpr Duration screen_period{100'000'000};
 /// A setting that is not made within this, or a force that has not faded, has failed.
 constexpr Duration most_wait{5'000'000'000};
-
-/// A force, or a torque at 50 mm, that counts as faded away, N.
-constexpr double faded = 0.1;
-constexpr double lever = 0.05;  // m
-
-/// A device that displays less than this part of a force that is wanted, and by more than `faded` less, limits it; a
-/// torque likewise, where `faded` at the lever is 5 mN m.
-constexpr double limited_below = 0.99;
-
-bool is_less(double shown, double asked, double least) {
-  return shown < limited_below * asked && shown < asked - least;
-}
-
-/// The force, or what makes the torque at the lever, whichever is larger, N.
-double size_of(const Wrench& wrench) {
-  return std::max(norm(wrench.force), norm(wrench.torque) / lever);
-}
 
 /// Refuses what the schedule could not be made from.
 const Protocol::Params& checked_params(const Protocol::Params& params) {
@@ -52,18 +33,12 @@ bool is_same_trial(const Trial& trial, const ExperimentRow& row) {
 Protocol::Protocol(const Params& params, const NodeContext& context)
     : name_(context.name),
       params_(checked_params(params)),
+      settings_(settings(params)),
       participant_(participant_code(params.participant)),
       seed_(derive_seed(context.seed, participant_.text)),
       schedule_(design(params), derive_seed(context.seed, "conditions"), participant_.number, seed_) {
-  for (const auto& [code, text] : params.conditions) {
-    codes_.push_back(code);
-    settings_.push_back(split_settings(text));
-  }
-  if (params.procedure == Procedure::pairs) params_.level.clear();  // pairs have none
-  if (codes_.empty()) {
-    codes_.emplace_back("A");
-    settings_.emplace_back();
-  }
+  for (const auto& [code, text] : params.conditions) codes_.push_back(code);
+  if (codes_.empty()) codes_.emplace_back("A");
   const bool practice = participant_.number == 0;
   if (params.resume && (practice || params.folder.empty())) {
     throw ValueError("resume", practice ? "resume: a participant of number 0 is for practice and has no table"
@@ -109,10 +84,19 @@ std::string Protocol::place() const {
   return "trial " + std::to_string(trials_ + 1) + ", interval " + std::to_string(interval_ + 1);
 }
 
-void Protocol::ask(const std::string& text, Time now) {
-  if (unconfirmed_.empty()) confirmed_at_ = now;
-  unconfirmed_.push_back(text);
-  requests.send(now, set_request(text, place()));
+void Protocol::ask(const SetRequest& request, std::string text, Time now) {
+  if (unconfirmed_.texts.empty()) unconfirmed_.since = now;
+  unconfirmed_.texts.push_back(std::move(text));
+  requests.send(now, request);
+}
+
+void Protocol::ask(std::size_t setting, Time now) {
+  ask(set_request(setting, place()), settings_.list[setting].text(), now);
+}
+
+void Protocol::ask_level(double level, Time now) {
+  ask(number_request(*settings_.level, level_si(params_, level), place()),
+      params_.level + "=" + level_text(params_, level), now);
 }
 
 void Protocol::tune(const Params& params) {
@@ -120,51 +104,51 @@ void Protocol::tune(const Params& params) {
 }
 
 void Protocol::request_done() {
-  if (unconfirmed_.empty()) throw RunError(name_ + ": a setting is in force that was not asked for");
-  unconfirmed_.pop_front();
-  is_confirmed_anew_ = true;
+  if (unconfirmed_.texts.empty()) throw RunError(name_ + ": a setting is in force that was not asked for");
+  unconfirmed_.texts.pop_front();
+  unconfirmed_.changed = true;
 }
 
 void Protocol::check_settings(StepContext& context) {
-  if (std::exchange(is_confirmed_anew_, false)) confirmed_at_ = context.now();
+  if (std::exchange(unconfirmed_.changed, false)) unconfirmed_.since = context.now();
   // A run that stops does nothing any more that is asked for.
-  if (unconfirmed_.empty() || context.phase() == Phase::stopping || context.now() < confirmed_at_ + most_wait) return;
-  throw RunError(place() + ": " + unconfirmed_.front() + " was not made within " +
+  if (unconfirmed_.texts.empty() || context.phase() == Phase::stopping) return;
+  if (context.now() < unconfirmed_.since + most_wait) return;
+  throw RunError(place() + ": " + unconfirmed_.texts.front() + " was not made within " +
                  std::to_string(static_cast<int>(most_wait.seconds())) +
                  " s; the table keeps the trials that were answered");
 }
 
 void Protocol::mute(Time now) {
-  ask(params_.mute + "=0", now);
+  ask(settings_.muted, now);
 }
 
 void Protocol::prepare(Time now) {
   const Trial& trial = *schedule_.trial();
   const bool comparison = interval_ == trial.comparison;
-  for (const std::string& setting : settings_[comparison ? trial.condition : trial.other]) ask(setting, now);
-  if (!params_.level.empty() && params_.level != params_.mute) {
-    ask(level_setting(params_, comparison ? trial.level : 0), now);
-  }
+  const ProtocolSettings::Range condition = settings_.conditions[comparison ? trial.condition : trial.other];
+  for (std::size_t i = condition.begin; i < condition.end; ++i) ask(i, now);
+  if (settings_.level && params_.level != params_.mute) ask_level(comparison ? trial.level : 0, now);
 }
 
 void Protocol::unmute(Time now) {
   const Trial& trial = *schedule_.trial();
-  if (!params_.level.empty() && params_.level == params_.mute) {
-    ask(level_setting(params_, interval_ == trial.comparison ? trial.level : 0), now);
+  if (settings_.level && params_.level == params_.mute) {
+    ask_level(interval_ == trial.comparison ? trial.level : 0, now);
   } else {
-    ask(params_.mute + "=1", now);
+    ask(settings_.unmuted, now);
   }
 }
 
 void Protocol::begin_interval(Time now) {
   phase_ = interval_ == 0 ? TrialPhase::first : TrialPhase::second;
   until_ = now + params_.interval;
-  felt_[static_cast<std::size_t>(interval_)] = {.connected = felt.connected()};
+  felt_.begin(static_cast<std::size_t>(interval_), felt.connected());
 }
 
 void Protocol::change(Time now) {
   // Nothing goes on before the settings that were asked for hold, and have had their time.
-  if (!unconfirmed_.empty()) {
+  if (!unconfirmed_.texts.empty()) {
     until_ = now + params_.change;
     return;
   }
@@ -172,7 +156,7 @@ void Protocol::change(Time now) {
   if (now < until_) return;
   if (change_ == Change::fading) {
     // Where somebody tells what is felt, nothing changes before it has faded.
-    if (felt_newest_ > faded) {
+    if (felt_.newest() > faded_force) {
       if (now <= until_ + most_wait) return;
       throw RunError(place() + ": " + params_.mute + "=0 does not take the force away");
     }
@@ -187,31 +171,9 @@ void Protocol::change(Time now) {
   }
 }
 
-bool Protocol::is_limited(const Stamped<Wrench>& shown) {
-  // What the device would display without its limits, at the same tick.
-  while (!wanted_newest_ || wanted_newest_->stamp.valid < shown.stamp.valid) {
-    Stamped<Wrench> next;
-    if (!wanted.pop(next)) break;
-    wanted_newest_ = next;
-  }
-  is_compared_ = wanted_newest_ && wanted_newest_->stamp.valid == shown.stamp.valid;
-  if (!is_compared_) return false;
-  const Wrench& asked = wanted_newest_->value;
-  return is_less(norm(shown.value.force), norm(asked.force), faded) ||
-         is_less(norm(shown.value.torque), norm(asked.torque), faded * lever);
-}
-
 void Protocol::feel() {
-  Felt& interval = felt_[static_cast<std::size_t>(interval_)];
-  Stamped<Wrench> shown;
-  while (felt.pop(shown)) {
-    felt_newest_ = size_of(shown.value);
-    const bool limited = is_limited(shown);
-    if (phase_ != TrialPhase::first && phase_ != TrialPhase::second) continue;
-    interval.peak = std::max(interval.peak, norm(shown.value.force));
-    interval.ticks += is_compared_ ? 1 : 0;
-    interval.limited += limited ? 1 : 0;
-  }
+  const bool goes_on = phase_ == TrialPhase::first || phase_ == TrialPhase::second;
+  felt_.read(felt, wanted, goes_on ? std::optional(static_cast<std::size_t>(interval_)) : std::nullopt);
 }
 
 bool Protocol::is_free() const {
@@ -278,15 +240,11 @@ void Protocol::take(const Given& answer, Time now) {
   done.correct = params_.procedure == Procedure::pairs ? -1 : done.response == done.comparison ? 1 : 0;
   done.level = trial.level;
   done.response_time = (answer.at - asked_).seconds();
-  const auto peak = [](const Felt& f) { return f.connected ? f.peak : std::numeric_limits<double>::quiet_NaN(); };
-  const auto limited = [](const Felt& f) {
-    return f.ticks > 0 ? static_cast<double>(f.limited) / f.ticks : std::numeric_limits<double>::quiet_NaN();
-  };
-  done.peak_first = peak(felt_[0]);
-  done.peak_second = peak(felt_[1]);
-  done.limited_first = limited(felt_[0]);
-  done.limited_second = limited(felt_[1]);
-  if (felt_[0].limited + felt_[1].limited > 0) ++limited_trials_;
+  done.peak_first = felt_.peak(0);
+  done.peak_second = felt_.peak(1);
+  done.limited_first = felt_.limited_share(0);
+  done.limited_second = felt_.limited_share(1);
+  if (felt_.is_limited()) ++limited_trials_;
   if (table_) table_->add(done);
   row.send(now, done);
   schedule_.answer(answer.interval);
@@ -331,9 +289,7 @@ void Protocol::step(StepContext& context) {
       if (now < until_ || ended_) break;
       ended_ = true;
       if (!params_.end_run) break;
-      SetRequest end;
-      end.kind = RequestKind::end_run;
-      requests.send(now, end);
+      requests.send(now, end_request());
       break;
   }
   show(now);

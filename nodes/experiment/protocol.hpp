@@ -1,7 +1,6 @@
 // An experiment with a person: what is felt, the questions, the answers and their table.
 #pragma once
 
-#include <array>
 #include <deque>
 #include <optional>
 #include <string>
@@ -11,14 +10,13 @@
 #include "framework/node/info.hpp"
 #include "framework/node/set_request.hpp"
 #include "nodes/experiment/design.hpp"
+#include "nodes/experiment/felt_force.hpp"
 #include "nodes/experiment/messages.hpp"
 #include "nodes/experiment/procedure.hpp"
+#include "nodes/experiment/settings.hpp"
 #include "nodes/experiment/table.hpp"
 
 namespace tactor {
-
-/// The settings of a condition: `select.use=first; coupling.k_0=800 N/m`.
-std::vector<std::string> split_settings(const std::string& text);
 
 /// experiment.protocol: asks for two intervals a trial, and changes what is felt only while the force is muted. See
 /// declare().
@@ -53,8 +51,13 @@ class Protocol final : public Node {
   Protocol(const Params& params, const NodeContext& context);
   /// Why an experiment cannot be made so; throws ValueError.
   static void check(const Params& params);
-  /// What sets the level: `gain.factor=1.1`.
-  static std::string level_setting(const Params& params, double level);
+  [[nodiscard]] static ProtocolSettings settings(const Params& params);
+  /// True where the procedure changes a level.
+  [[nodiscard]] static bool has_level(const Params& params);
+  /// The value of the parameter at that level in its SI unit; a unit that does not exist counts as SI.
+  [[nodiscard]] static double level_si(const Params& params, double level);
+  /// The same as a graph file has it: `1.1`, `800 N/m`.
+  [[nodiscard]] static std::string level_text(const Params& params, double level);
   [[nodiscard]] static Design design(const Params& params);
   /// All that a table depends on but the seed.
   [[nodiscard]] static StudyDesign study_design(const Params& params);
@@ -82,18 +85,20 @@ class Protocol final : public Node {
   };
   /// While changing: what is done before an interval begins.
   enum class Change { fading, settling, opening };
-  /// What the device did in an interval.
-  struct Felt {
-    double peak = 0;             // N
-    int ticks = 0, limited = 0;  // that were compared, and those at which it displayed less than was wanted
-    bool connected = false;
+  /// Settings that were asked for and do not hold yet.
+  struct Unconfirmed {
+    std::deque<std::string> texts;
+    bool changed = false;  // the newest one was confirmed since the last step
+    Time since;            // when the newest was confirmed, or the first of those that wait was asked for
   };
   /// The first answer since the last step, by whatever it came.
   [[nodiscard]] std::optional<Given> given(Time now);
   /// Where the run is, for messages: `trial 7, interval 1`.
   [[nodiscard]] std::string place() const;
-  /// Asks for a setting, and to be told when it holds.
-  void ask(const std::string& text, Time now);
+  /// Sends a request for a setting, which `text` tells; it is unconfirmed until it holds.
+  void ask(const SetRequest& request, std::string text, Time now);
+  void ask(std::size_t setting, Time now);
+  void ask_level(double level, Time now);
   /// Throws RunError where a setting has not been made in time.
   void check_settings(StepContext& context);
   void mute(Time now);
@@ -104,9 +109,7 @@ class Protocol final : public Node {
   void begin_interval(Time now);
   /// While changing: what comes next.
   void change(Time now);
-  /// True where the device displayed less than was wanted; sets is_compared_.
-  [[nodiscard]] bool is_limited(const Stamped<Wrench>& shown);
-  /// Takes in what the device displayed.
+  /// Reads what the device displayed.
   void feel();
   [[nodiscard]] bool is_free() const;
   void change_over(Time now, int interval);
@@ -118,7 +121,7 @@ class Protocol final : public Node {
   std::string name_;
   Params params_;
   std::vector<std::string> codes_;
-  std::vector<std::vector<std::string>> settings_;  // of each condition
+  ProtocolSettings settings_;
   ParticipantCode participant_;
   std::uint64_t seed_;
   Schedule schedule_;
@@ -129,14 +132,9 @@ class Protocol final : public Node {
   int interval_ = 0;  // 0 the first, 1 the second
   Time until_, asked_, shown_;
   std::optional<Answer> tuned_;
-  std::deque<std::string> unconfirmed_;  // settings that were asked for and do not hold yet
-  bool is_confirmed_anew_ = false;
-  Time confirmed_at_;  // when the newest setting was confirmed, or the first of those that wait was asked for
+  Unconfirmed unconfirmed_;
   std::int32_t buttons_ = 0, questions_ = 0, trials_ = 0, run_ = 1, limited_trials_ = 0;
-  std::array<Felt, 2> felt_;
-  double felt_newest_ = 0;  // N
-  std::optional<Stamped<Wrench>> wanted_newest_;
-  bool is_compared_ = false;
+  FeltForce felt_;
   TrialPhase last_shown_ = TrialPhase::done;
 };
 

@@ -14,50 +14,26 @@ namespace tactor {
 
 namespace {
 
-bool has_level(const Protocol::Params& params) {
-  return params.procedure != Procedure::pairs;
-}
-
-/// The least and the largest level that can come up, or all of them.
-std::vector<double> possible_levels(const Protocol::Params& params) {
-  if (params.procedure == Procedure::constant) return params.levels;
-  return {params.least, params.most};
-}
-
-std::vector<Setting> settings_of(const Protocol::Params& params) {
-  std::vector<Setting> settings;
-  for (const auto& [code, text] : params.conditions) {
-    for (const std::string& one : split_settings(text)) settings.push_back({"conditions." + code, one});
-  }
-  settings.push_back({"mute", params.mute + "=0"});
-  if (!has_level(params) || params.level != params.mute) settings.push_back({"mute", params.mute + "=1"});
-  if (!has_level(params)) return settings;
-  settings.push_back({"standard", Protocol::level_setting(params, 0)});
-  for (const double level : possible_levels(params))
-    settings.push_back({"level", Protocol::level_setting(params, level)});
-  return settings;
-}
-
 /// A letter and up to three digits: what a table may show.
 bool is_code(const std::string& text) {
   return !text.empty() && text.size() <= 4 && text[0] >= 'A' && text[0] <= 'Z' &&
          std::all_of(text.begin() + 1, text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-std::string parameter_of(const std::string& setting) {
-  return std::string(trimmed(std::string_view(setting).substr(0, setting.find('='))));
-}
-
 /// Each condition sets the same parameters, so that nothing of one is left over in another, and none that the protocol
 /// itself sets.
 void check_parameters_of(const Protocol::Params& params) {
   std::set<std::string> first;
-  for (const auto& [code, text] : params.conditions) {
+  const ProtocolSettings settings = Protocol::settings(params);
+  for (std::size_t i = 0; i < params.conditions.size(); ++i) {
+    const std::string& code = params.conditions[i].first;
     const std::string path = "conditions." + code;
     std::set<std::string> set;
-    for (const std::string& one : split_settings(text)) set.insert(parameter_of(one));
+    for (std::size_t at = settings.conditions[i].begin; at < settings.conditions[i].end; ++at) {
+      set.insert(settings.list[at].parameter);
+    }
     for (const std::string& name : set) {
-      if (name != params.mute && !(has_level(params) && name == params.level)) continue;
+      if (name != params.mute && !(Protocol::has_level(params) && name == params.level)) continue;
       throw ValueError(path, path + ": " + name + " is set by the protocol itself, as its mute or level");
     }
     if (code == params.conditions.front().first) first = set;
@@ -120,22 +96,6 @@ void check_levels(const Protocol::Params& params) {
 
 }  // namespace
 
-std::vector<std::string> split_settings(const std::string& text) {
-  std::vector<std::string> list;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(';', begin), text.size());
-    const std::string_view one = trimmed(std::string_view(text).substr(begin, end - begin));
-    if (!one.empty()) list.emplace_back(one);
-    begin = end + 1;
-  }
-  return list;
-}
-
-std::string Protocol::level_setting(const Params& params, double level) {
-  const std::string unit = params.unit.empty() ? "" : " " + params.unit;
-  return params.level + "=" + shortest(params.standard + level) + unit;
-}
-
 Design Protocol::design(const Params& params) {
   Design design;
   design.procedure = params.procedure;
@@ -157,9 +117,12 @@ StudyDesign Protocol::study_design(const Params& params) {
     design.add(name, text);
   };
   std::string conditions;
-  for (const auto& [code, text] : params.conditions) {
-    conditions += code + ": ";
-    for (const std::string& setting : split_settings(text)) conditions += setting + "; ";
+  const ProtocolSettings made = settings(params);
+  for (std::size_t i = 0; i < params.conditions.size(); ++i) {
+    conditions += params.conditions[i].first + ": ";
+    for (std::size_t at = made.conditions[i].begin; at < made.conditions[i].end; ++at) {
+      conditions += made.list[at].text() + "; ";
+    }
   }
   design.add("conditions", conditions);
   number("order", static_cast<double>(params.order));
@@ -199,13 +162,6 @@ void Protocol::check(const Params& params) {
   }
   if (params.procedure == Procedure::staircase) check_staircase(params);
   if (params.procedure == Procedure::constant) check_levels(params);
-  // A level between these may have more digits.
-  constexpr std::size_t most_text = SetRequest::most_text - 32;
-  for (const Setting& setting : settings_of(params)) {
-    if (setting.text.size() <= most_text) continue;
-    throw ValueError(setting.path, setting.path + ": expected at most " + std::to_string(most_text) +
-                                       " characters a setting, found " + std::to_string(setting.text.size()));
-  }
   if (params.button_first > 0 && params.button_first == params.button_second) {
     throw ValueError("button_second", "button_second: expected another button than button_first, " +
                                           std::to_string(params.button_first));
@@ -357,9 +313,12 @@ NodeInfo Protocol::declare() {
   declare_procedures(node);
   return node
       .rate("rate", &Params::rate, {.doc = "how often it looks at inputs and time, per second", .default_value = 200})
+      .means("change", ParamMeaning::settling_time)
+      .means("button_first", ParamMeaning::answer_button)
+      .means("button_second", ParamMeaning::answer_button)
       .tunable({"answer"})
       .in_replay("folder", std::string())
-      .sets(settings_of)
+      .sets([](const Params& params) { return settings(params).list; })
       .on_thread("experiment")
       .role(Role::other)
       .info();

@@ -21,6 +21,7 @@ NodeInfo Gain::declare() {
             {.doc = "what the force is multiplied by", .default_value = 1, .min = 0, .max = 10})
       .real("ramp", &Params::ramp,
             {.doc = "time in which a new factor is reached", .unit = "s", .default_value = 0.1, .min = 0.01, .max = 10})
+      .means("ramp", ParamMeaning::ramp)
       .tunable({"factor"})
       .haptic_rate(&Params::rate, {.doc = "ticks per second while the factor changes"})
       .role(Role::interpolation)

@@ -31,17 +31,18 @@ constexpr std::int64_t request_ms = 1'000'000;
 class Sender final : public Node {
  public:
   struct Params {
-    double k = 0;
+    double k = 0, k_max = 0;
     double rate = 1000;
   };
   Sender(const Params& params, const NodeContext& context) : params_(params) {
-    if (params.k > 1500 && context.notes != nullptr) context.notes->push_back("k is held at 1500");
+    if (params.k > params.k_max) context.note_limit("k", "k_max", "k is held at k_max");
   }
   static NodeInfo declare() {
     return Declare<Sender>("sample.sender", "Sends its parameter.")
         .output("out", &Sender::out, "k")
         .real("k", &Params::k, {.doc = "what it sends", .unit = "N/m", .default_value = 500, .min = 0, .max = 2000})
-        .tunable({"k"})
+        .real("k_max", &Params::k_max, {.doc = "the most", .unit = "N/m", .default_value = 1500, .min = 0, .max = 2000})
+        .tunable({"k", "k_max"})
         .rate("rate", &Params::rate, {.doc = "rate", .default_value = 4000})
         .info();
   }
@@ -88,16 +89,18 @@ class Slow final : public Node {
 class Confirmer final : public Node {
  public:
   struct Params {
-    std::string value;
+    double number = 0;
     double rate = 0;
   };
   Confirmer(const Params& params, const NodeContext&) : params_(params) {}
   static NodeInfo declare() {
     return Declare<Confirmer>("sample.confirmer", "Asks.")
         .output("requests", &Confirmer::requests, "what it asks")
-        .text("value", &Params::value, "1200 N/m", "what is to be set")
+        .real("number", &Params::number, {.doc = "set in the place of the value, if not 0", .unit = "N/m"})
         .rate("rate", &Params::rate, {.doc = "rate", .default_value = 200})
-        .sets([](const Params&) { return std::vector<Setting>{}; })
+        .sets([](const Params&) {
+          return std::vector<Setting>{{"number", "slow.k", "1200 N/m"}};
+        })
         .info();
   }
   void request_done() override {
@@ -106,12 +109,12 @@ class Confirmer final : public Node {
   }
   void step(StepContext& context) override {
     if (!std::exchange(asked_, true)) {
-      requests.send(context.now(), set_request("slow.k=" + params_.value, "trial 7, interval 1"));
+      const std::string about = "trial 7, interval 1";
+      requests.send(context.now(),
+                    params_.number == 0 ? set_request(0, about) : number_request(0, params_.number, about));
     }
     if (confirmed == 0) return;
-    SetRequest end;
-    end.kind = RequestKind::end_run;
-    requests.send(context.now(), end);
+    requests.send(context.now(), end_request());
   }
   Output<SetRequest> requests;
   int confirmed = 0;
@@ -126,13 +129,13 @@ struct ConfirmedPlan {
   NodeInfo slow = Slow::declare();
   NodeInfo confirmer = Confirmer::declare();
   Plan plan;
-  explicit ConfirmedPlan(Clock clock, const std::string& value) {
+  explicit ConfirmedPlan(Clock clock, double number = 0) {
     plan.graph.duration = Duration::from_seconds(5);
     plan.graph.clock = clock;
     NodeSpec slow_node{"slow", &slow, {500.0, 3.0}, {}, {}, {}};
     slow_node.scheduling.lane = Lane::thread;
     slow_node.scheduling.thread = "slow";
-    plan.nodes = {std::move(slow_node), {"confirmer", &confirmer, {value, 200.0}, {}, {}, {}}};
+    plan.nodes = {std::move(slow_node), {"confirmer", &confirmer, {number, 200.0}, {}, {}, {}}};
   }
 };
 
@@ -150,20 +153,19 @@ class Setter final : public Node {
         .text("text", &Params::text, "", "what is to be set")
         .rate("rate", &Params::rate, {.doc = "rate", .default_value = 10000})
         .sets([](const Params& params) {
-          return std::vector<Setting>{{"text", params.text}};
+          const std::size_t equals = params.text.find('=');
+          return std::vector<Setting>{{"text", params.text.substr(0, equals), params.text.substr(equals + 1)}};
         })
         .info();
   }
   void step(StepContext& context) override {
     if (asked_ == 0 && context.now() >= Time{20'300'000}) {
       ++asked_;
-      requests.send(context.now(), set_request(params_.text));
+      requests.send(context.now(), set_request(0));
     }
     if (asked_ == 1 && context.now() >= Time{50 * request_ms}) {
       ++asked_;
-      SetRequest end;
-      end.kind = RequestKind::end_run;
-      requests.send(context.now(), end);
+      requests.send(context.now(), end_request());
     }
   }
   Output<SetRequest> requests;
@@ -201,7 +203,7 @@ struct AskingPlan {
   explicit AskingPlan(Clock clock, const std::string& text = "sender.k=1.2 N/mm") {
     plan.graph.duration = Duration::from_seconds(10);
     plan.graph.clock = clock;
-    plan.nodes = {{"sender", &sender, {500.0, 4000.0}, {}, {}, {}},
+    plan.nodes = {{"sender", &sender, {500.0, 1500.0, 4000.0}, {}, {}, {}},
                   {"setter", &setter, {text, 10000.0}, {}, {}, {}},
                   {"keep", &keep, {}, {}, {}, {}}};
     PlannedEdge edge;
@@ -299,7 +301,7 @@ BOOST_AUTO_TEST_CASE(what_a_node_could_not_set_is_refused_before_the_run) {
        std::vector<std::pair<std::string, std::string>>{{"sender.k=666", "666 is no stiffness"},
                                                         {"sender.q=1", "did you mean \"sender.k\""},
                                                         {"sender.k=-1", "sender.k"},
-                                                        {"sender.k=1800", "k is held at 1500"}}) {
+                                                        {"sender.k=1800", "k is held at k_max"}}) {
     AskingPlan asking(Clock::virtual_, text);
     try {
       const Session session(asking.plan);
@@ -314,7 +316,7 @@ BOOST_AUTO_TEST_CASE(what_a_node_could_not_set_is_refused_before_the_run) {
 
 BOOST_AUTO_TEST_CASE(a_request_waits_until_the_setting_before_it_holds,
                      *boost::unit_test::precondition(test::NeedsLive{})) {
-  ConfirmedPlan asking(Clock::real, "1200 N/m");
+  ConfirmedPlan asking(Clock::real);
   Session session(asking.plan);
   session.start();
   while (session.is_running()) session.advance(Duration{20 * request_ms});
@@ -330,7 +332,7 @@ BOOST_AUTO_TEST_CASE(a_request_waits_until_the_setting_before_it_holds,
 }
 
 BOOST_AUTO_TEST_CASE(under_the_virtual_clock_a_confirmation_comes_at_the_same_instant_as_the_setting) {
-  ConfirmedPlan asking(Clock::virtual_, "1200 N/m");
+  ConfirmedPlan asking(Clock::virtual_);
   Session session(asking.plan);
   std::vector<std::pair<Time, std::string>> sets;
   session.on_set([&sets](const Stamp& stamp, const void* value) {
@@ -349,12 +351,12 @@ BOOST_AUTO_TEST_CASE(under_the_virtual_clock_a_confirmation_comes_at_the_same_in
 }
 
 BOOST_AUTO_TEST_CASE(what_cannot_be_set_ends_the_run_and_says_what_it_was_for) {
-  ConfirmedPlan asking(Clock::virtual_, "-1 N/m");
+  ConfirmedPlan asking(Clock::virtual_, -1);
   Session session(asking.plan);
   session.start();
   BOOST_CHECK_EXCEPTION(session.advance(Duration::from_seconds(1)), RunError, [](const RunError& error) {
     const std::string said = error.what();
-    return said.starts_with("trial 7, interval 1: ") && said.find("slow.k=-1 N/m") != std::string::npos;
+    return said.starts_with("trial 7, interval 1: ") && said.find("slow.k=-1: ") != std::string::npos;
   });
   BOOST_TEST(dynamic_cast<const Confirmer&>(session.nodes()[1]).confirmed == 0);
 }
@@ -364,7 +366,24 @@ BOOST_AUTO_TEST_CASE(a_setting_that_a_limit_would_change_is_refused_by_a_check_t
   BOOST_CHECK_NO_THROW(check_nodes(good.plan));
   const AskingPlan limited(Clock::virtual_, "sender.k=1501");
   BOOST_CHECK_EXCEPTION(check_nodes(limited.plan), InputError, [](const InputError& error) {
-    return std::string(error.what()).find("nodes.setter.text: sender.k=1501: k is held at 1500") != std::string::npos;
+    return std::string(error.what()).find("nodes.setter.text: sender.k=1501: k is held at k_max") != std::string::npos;
+  });
+}
+
+BOOST_AUTO_TEST_CASE(a_limit_that_is_set_itself_is_felt_and_refused_by_no_check) {
+  const AskingPlan felt(Clock::virtual_, "sender.k_max=100");
+  BOOST_CHECK_NO_THROW(check_nodes(felt.plan));
+}
+
+BOOST_AUTO_TEST_CASE(a_request_for_a_setting_that_is_not_declared_ends_the_run) {
+  NodeInfo other = Setter::declare();
+  other.sets = [](const std::vector<ParamValue>&) { return std::vector<Setting>{}; };
+  AskingPlan asking(Clock::virtual_);
+  asking.plan.nodes[1].info = &other;
+  Session session(asking.plan);
+  session.start();
+  BOOST_CHECK_EXCEPTION(session.advance(Duration::from_seconds(1)), RunError, [](const RunError& error) {
+    return std::string(error.what()) == "there is no setting of index 0";
   });
 }
 

@@ -47,7 +47,8 @@ Protocol::Params small_study() {
 
 /// A protocol that is stepped by hand. What it asks for is made at once, while `makes` is true.
 struct Driven {
-  explicit Driven(const Protocol::Params& params, bool touching = false) : node(params, context()) {
+  explicit Driven(const Protocol::Params& params, bool touching = false)
+      : settings(Protocol::settings(params)), node(params, context()) {
     node.wanted.configure({QueuePolicy::drop_oldest, 64});
     node.device.configure({QueuePolicy::drop_oldest, 64});
     node.force.configure({QueuePolicy::latest, 1});
@@ -77,9 +78,8 @@ struct Driven {
   void collect() {
     for (std::size_t i = 0; i < node.requests.pending(); ++i) {
       const auto& request = sent(node.requests, i);
-      const bool is_end = request.kind == RequestKind::end_run;
-      if (!is_end) ++to_confirm;
-      asked.push_back(is_end ? "end" : std::string(text_of(request)));
+      if (request.kind != RequestKind::end_run) ++to_confirm;
+      asked.push_back(text_of(request));
       abouts.emplace_back(about_of(request));
     }
     const bool made = makes && to_confirm > confirmed;
@@ -91,6 +91,11 @@ struct Driven {
     node.screen.clear_pending();
     node.question.clear_pending();
     if (made) confirm(to_confirm);
+  }
+  [[nodiscard]] std::string text_of(const SetRequest& request) const {
+    if (request.kind == RequestKind::end_run) return "end";
+    const Setting& setting = settings.list.at(static_cast<std::size_t>(request.setting));
+    return request.kind == RequestKind::set ? setting.text() : setting.parameter + "=" + std::to_string(request.number);
   }
   /// As a session does when the settings up to that number hold.
   void confirm(int number) {
@@ -131,6 +136,7 @@ struct Driven {
   std::vector<std::string> abouts;  // of what was asked
   Time now;
   std::uint64_t sequence = 0;
+  ProtocolSettings settings;
   Protocol node;
   std::vector<std::string> asked;
   std::vector<ExperimentRow> rows;
