@@ -55,20 +55,20 @@ void declare_gate_metrics(Declare<N>& declaration) {
     declaration.metric("device." + name, "1", doc, Better::lower, value);
   };
   count("rejected_forces", "ticks whose wrench was not finite",
-        [](const DeviceNode& self) { return self.gate().rejected_ticks(); });
+        [](const DeviceNode& self) { return self.gate().account().rejected; });
   count("rejected_segments", "messages that were not fresh segments", &DeviceNode::rejected_segments);
   count("faults", "times that the safety gate went into fault",
-        [](const DeviceNode& self) { return self.gate().faults(); });
+        [](const DeviceNode& self) { return self.gate().account().faults; });
   count("stale", "times that no fresh segment came in time",
         [](const DeviceNode& self) { return self.gate().count(SafetyCause::stale); });
   count("clamped_ticks", "ticks whose wrench was beyond force_max or torque_max",
-        [](const DeviceNode& self) { return self.gate().clamped_ticks(); });
+        [](const DeviceNode& self) { return self.gate().account().clamped; });
   count("slewed_ticks", "ticks whose wrench changed faster than force_slew or torque_slew",
-        [](const DeviceNode& self) { return self.gate().slewed_ticks(); });
+        [](const DeviceNode& self) { return self.gate().account().slewed; });
   declaration.metric("device.engaged_share", "1", "share of the ticks at which the gate was engaged", Better::higher,
                      [](const DeviceNode& self) {
                        const auto ticks = static_cast<double>(self.gate().account().ticks);
-                       return ticks > 0 ? static_cast<double>(self.gate().engaged_ticks()) / ticks : 0.0;
+                       return ticks > 0 ? static_cast<double>(self.gate().account().engaged) / ticks : 0.0;
                      });
   for (const SafetyCause cause : reported_causes) {
     const std::string name(name_of(cause));

@@ -1,6 +1,7 @@
 #include "framework/realtime/safety_gate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <sstream>
@@ -134,8 +135,7 @@ void check(const SafetyLimits& limits) {
   check_slew("torque", "N m", limits.torque_max, limits.torque_slew, limits.ramp_down_time);
 }
 
-SafetyGate::SafetyGate(const SafetyLimits& limits, Duration period)
-    : limits_(limits), longest_tick_(Duration{2 * period.ns}) {
+SafetyGate::SafetyGate(const SafetyLimits& limits, Duration period) : limits_(limits), clock_(Duration{2 * period.ns}) {
   TACTOR_DEMAND(period.ns > 0);
   check(limits);
 }
@@ -149,27 +149,25 @@ bool SafetyGate::at_rest() const {
   return commanded_D_W_.force == Vec3{} && commanded_D_W_.torque == Vec3{};
 }
 
-void SafetyGate::advance(const SafetyInput& input) {
-  const Time now = input.now;
+SafetyGate::Interval SafetyGate::TickClock::advance(Time now) {
   std::int64_t ns = 0;
   if (started_ && __builtin_sub_overflow(now.ns, last_.ns, &ns)) {
     ns = now < last_ ? -1 : std::numeric_limits<std::int64_t>::max();
   }
-  reversed_ = ns < 0;
-  gap_ = started_ && (ns == 0 || ns > longest_tick_.ns);
+  const Duration elapsed{std::clamp<std::int64_t>(ns, 0, longest_sum.ns)};
+  const bool gap = started_ && (ns == 0 || ns > longest_.ns);
   started_ = true;
   last_ = now;
-  elapsed_ = {std::clamp<std::int64_t>(ns, 0, longest_sum.ns)};
-  slew_elapsed_ = std::min(elapsed_, longest_tick_);
-  // The age is summed up from ticks, so that a clock set back makes no segment young.
-  age_ = input.fresh_segment ? Duration{} : sum(age_, elapsed_);
-  if (input.fresh_segment) stale_at_ = std::clamp(input.fresh_for, Duration{}, limits_.stale_after);
-  any_segment_ = any_segment_ || input.fresh_segment;
-  // A ramp that comes in takes no leap over a gap in time; one that goes out may, for the slew limit follows it.
-  in_mode_ = sum(in_mode_, mode_ == Mode::engaging ? slew_elapsed_ : elapsed_);
+  return {elapsed, std::min(elapsed, longest_), ns < 0, gap};
 }
 
-SafetyGate::Causes SafetyGate::causes_of(const SafetyInput& input) const {
+void SafetyGate::SegmentAge::advance(const SafetyInput& input, Duration elapsed, Duration stale_after) {
+  age_ = input.fresh_segment ? Duration{} : sum(age_, elapsed);
+  if (input.fresh_segment) stale_at_ = std::clamp(input.fresh_for, Duration{}, stale_after);
+  any_ = any_ || input.fresh_segment;
+}
+
+SafetyGate::Causes SafetyGate::causes_of(const SafetyInput& input, const Interval& interval) const {
   Causes causes = 0;
   const auto add_if = [&causes](bool active, SafetyCause cause) {
     if (active) causes |= bit(cause);
@@ -181,13 +179,13 @@ SafetyGate::Causes SafetyGate::causes_of(const SafetyInput& input) const {
   add_if(input.health == DeviceHealth::not_ready, SafetyCause::device_not_ready);
   add_if(moves_finitely && (norm(input.V_WD.v) > limits_.speed_max || norm(input.V_WD.w) > limits_.angular_speed_max),
          SafetyCause::overspeed);
-  add_if(reversed_, SafetyCause::time_reversed);
-  add_if(gap_, SafetyCause::time_gap);
+  add_if(interval.reversed, SafetyCause::time_reversed);
+  add_if(interval.gap, SafetyCause::time_gap);
   add_if(!input.dead_man_held, SafetyCause::dead_man);
   add_if(!input.permitted, SafetyCause::not_permitted);
-  const bool none_yet = !any_segment_ || !input.wanted_D_W;
+  const bool none_yet = !segment_.any() || !input.wanted_D_W;
   add_if(none_yet, SafetyCause::no_segment);
-  add_if(any_segment_ && age_ >= stale_at_, SafetyCause::stale);
+  add_if(segment_.is_stale(), SafetyCause::stale);
   return causes;
 }
 
@@ -195,13 +193,13 @@ void SafetyGate::count_new(Causes causes) {
   const Causes fresh = causes & ~causes_;
   causes_ = causes;
   for (int i = 1; i < safety_cause_count; ++i) {
-    if ((fresh & bit(static_cast<SafetyCause>(i))) != 0) ++counts_[static_cast<std::size_t>(i)];
+    if ((fresh & bit(static_cast<SafetyCause>(i))) != 0) ++account_.begun[static_cast<std::size_t>(i)];
   }
 }
 
 void SafetyGate::enter(Mode mode, SafetyCause cause) {
   const bool was_fault = mode_ == Mode::fault || mode_ == Mode::braking;
-  if (!was_fault && (mode == Mode::fault || mode == Mode::braking)) ++faults_;
+  if (!was_fault && (mode == Mode::fault || mode == Mode::braking)) ++account_.faults;
   mode_ = mode;
   cause_ = cause;
   in_mode_ = {};
@@ -216,8 +214,6 @@ bool SafetyGate::may_brake(Causes causes, const Twist& V_WD) const {
 void SafetyGate::change_mode(Causes causes, const Twist& V_WD) {
   const Causes faulty = causes & fault_causes;
   const Causes serious = causes & ~passing_causes;
-  healthy_for_ = faulty != 0 ? Duration{} : sum(healthy_for_, elapsed_);
-
   if (mode_ == Mode::braking) {
     if (in_mode_ >= limits_.brake_time || !may_brake(causes, V_WD)) enter(Mode::fault, cause_);
     return;
@@ -246,20 +242,20 @@ void SafetyGate::change_mode(Causes causes, const Twist& V_WD) {
     released_gain_ = gain_;
     enter(Mode::releasing, first_of(serious));
     // Staleness began between two ticks, and its time to zero counts from there.
-    if ((serious & bit(SafetyCause::stale)) != 0) in_mode_ = age_ - stale_at_;
+    if ((serious & bit(SafetyCause::stale)) != 0) in_mode_ = segment_.stale_for();
   } else if (mode_ == Mode::engaging && in_mode_ >= limits_.engage_time) {
     enter(Mode::engaged, SafetyCause::none);
   }
 }
 
-Wrench SafetyGate::target_for(const Twist& V_WD) {
+Wrench SafetyGate::target_for(const Wrench& clamped_D_W, const Twist& V_WD) {
   switch (mode_) {
     case Mode::engaging:
       gain_ = smooth(share(in_mode_, limits_.engage_time));
-      return gain_ * clamped_D_W_;
+      return gain_ * clamped_D_W;
     case Mode::engaged:
       gain_ = 1;
-      return clamped_D_W_;
+      return clamped_D_W;
     case Mode::releasing: {
       if (in_mode_ >= limits_.ramp_down_time) break;
       const double left = 1.0 - smooth(share(in_mode_, limits_.ramp_down_time));
@@ -278,14 +274,14 @@ Wrench SafetyGate::target_for(const Twist& V_WD) {
   return {};
 }
 
-Wrench SafetyGate::slewed(const Wrench& target) const {
-  const double dt = slew_elapsed_.seconds();
+Wrench SafetyGate::slewed(const Wrench& target, Duration elapsed) const {
+  const double dt = elapsed.seconds();
   return {moved_towards(target.force, commanded_D_W_.force, limits_.force_slew * dt),
           moved_towards(target.torque, commanded_D_W_.torque, limits_.torque_slew * dt)};
 }
 
 /// With what is commanded by now.
-void SafetyGate::keep_account(const SafetyInput& input, Causes causes) {
+void SafetyGate::keep_account(const SafetyInput& input, Causes causes, const Wrench& clamped_D_W) {
   ++account_.ticks;
   for (int i = 1; i < safety_cause_count; ++i) {
     if ((causes & bit(static_cast<SafetyCause>(i))) != 0) ++account_.present[static_cast<std::size_t>(i)];
@@ -295,33 +291,40 @@ void SafetyGate::keep_account(const SafetyInput& input, Causes causes) {
   const bool wanted = input.wanted_D_W && !(input.wanted_D_W->force == Vec3{} && input.wanted_D_W->torque == Vec3{});
   if (!wanted) return;
   ++account_.wanted;
-  if (is_finite(*input.wanted_D_W) && clamped_D_W_.force == Vec3{} && clamped_D_W_.torque == Vec3{}) ++account_.no_room;
+  if (is_finite(*input.wanted_D_W) && clamped_D_W.force == Vec3{} && clamped_D_W.torque == Vec3{}) ++account_.no_room;
   if (!at_rest() && !brakes) return;
   const SafetyCause why = brakes ? cause_ : first_of(causes & ~passing_causes);
   ++account_.withheld[static_cast<std::size_t>(why)];
 }
 
-SafetyOutput SafetyGate::tick(const SafetyInput& input) noexcept {
-  advance(input);
-  const Causes causes = causes_of(input);
-  count_new(causes);
-
-  clamped_D_W_ = {};
-  if (input.wanted_D_W && is_finite(*input.wanted_D_W)) {
-    const Clamped force = clamped(input.wanted_D_W->force, limits_.force_max);
-    const Clamped torque = clamped(input.wanted_D_W->torque, limits_.torque_max);
-    clamped_D_W_ = {force.value, torque.value};
-    if (force.shortened || torque.shortened) ++clamped_ticks_;
-  } else if (input.wanted_D_W) {
-    ++rejected_ticks_;
+Wrench SafetyGate::within_limits(const std::optional<Wrench>& wanted_D_W) {
+  if (!wanted_D_W) return {};
+  if (!is_finite(*wanted_D_W)) {
+    ++account_.rejected;
+    return {};
   }
+  const Clamped force = clamped(wanted_D_W->force, limits_.force_max);
+  const Clamped torque = clamped(wanted_D_W->torque, limits_.torque_max);
+  if (force.shortened || torque.shortened) ++account_.clamped;
+  return {force.value, torque.value};
+}
 
+SafetyOutput SafetyGate::tick(const SafetyInput& input) noexcept {
+  const Interval interval = clock_.advance(input.now);
+  segment_.advance(input, interval.elapsed, limits_.stale_after);
+  // A ramp that comes in takes no leap over a gap in time; one that goes out may, for the slew limit follows it.
+  in_mode_ = sum(in_mode_, mode_ == Mode::engaging ? interval.slew_elapsed : interval.elapsed);
+  const Causes causes = causes_of(input, interval);
+  count_new(causes);
+  healthy_for_ = (causes & fault_causes) != 0 ? Duration{} : sum(healthy_for_, interval.elapsed);
+
+  const Wrench clamped_D_W = within_limits(input.wanted_D_W);
   change_mode(causes, input.V_WD);
-  const Wrench target = target_for(input.V_WD);
-  commanded_D_W_ = slewed(target);
-  if (!(commanded_D_W_.force == target.force && commanded_D_W_.torque == target.torque)) ++slewed_ticks_;
-  keep_account(input, causes);
-  if (mode_ == Mode::engaged) ++engaged_ticks_;
+  const Wrench target = target_for(clamped_D_W, input.V_WD);
+  commanded_D_W_ = slewed(target, interval.slew_elapsed);
+  if (!(commanded_D_W_.force == target.force && commanded_D_W_.torque == target.torque)) ++account_.slewed;
+  keep_account(input, causes, clamped_D_W);
+  if (mode_ == Mode::engaged) ++account_.engaged;
 
   Engagement engagement = Engagement::disengaged;
   switch (mode_) {
@@ -339,7 +342,7 @@ SafetyOutput SafetyGate::tick(const SafetyInput& input) noexcept {
       engagement = Engagement::fault;
       break;
   }
-  return {commanded_D_W_, {engagement, cause_, gain_, clamped_D_W_}};
+  return {commanded_D_W_, {engagement, cause_, gain_, clamped_D_W}};
 }
 
 }  // namespace tactor

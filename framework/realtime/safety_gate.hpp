@@ -1,7 +1,6 @@
 // The safety gate between a pipeline and an actuator: what it wants goes through within limits, or comes down to zero.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <limits>
 #include <optional>
@@ -88,61 +87,78 @@ class SafetyGate {
   void set_largest(double force_max, double torque_max) noexcept;
 
   /// Two periods.
-  [[nodiscard]] Duration longest_tick() const { return longest_tick_; }
+  [[nodiscard]] Duration longest_tick() const { return clock_.longest(); }
   [[nodiscard]] const Wrench& commanded() const { return commanded_D_W_; }
   /// True where exactly zero is commanded.
   [[nodiscard]] bool at_rest() const;
-
   /// How often a cause has come up.
-  [[nodiscard]] std::uint64_t count(SafetyCause cause) const { return counts_[static_cast<std::size_t>(cause)]; }
-  [[nodiscard]] std::uint64_t faults() const { return faults_; }
+  [[nodiscard]] std::uint64_t count(SafetyCause cause) const { return account_.begun[static_cast<std::size_t>(cause)]; }
   [[nodiscard]] const GateAccount& account() const { return account_; }
-  [[nodiscard]] std::uint64_t engaged_ticks() const { return engaged_ticks_; }    ///< in state engaged
-  [[nodiscard]] std::uint64_t clamped_ticks() const { return clamped_ticks_; }    ///< beyond force_max or torque_max
-  [[nodiscard]] std::uint64_t slewed_ticks() const { return slewed_ticks_; }      ///< the slew limit changed the wrench
-  [[nodiscard]] std::uint64_t rejected_ticks() const { return rejected_ticks_; }  ///< the wanted wrench was not finite
 
  private:
   enum class Mode : std::uint8_t { disengaged, engaging, engaged, releasing, braking, fault };
   using Causes = std::uint32_t;  // one bit a cause
 
-  void advance(const SafetyInput& input);
-  [[nodiscard]] Causes causes_of(const SafetyInput& input) const;
+  /// The time between two ticks.
+  struct Interval {
+    Duration elapsed;       // at least zero
+    Duration slew_elapsed;  // the same, at most longest_tick
+    bool reversed = false;
+    bool gap = false;
+  };
+  class TickClock {
+   public:
+    explicit TickClock(Duration longest) : longest_(longest) {}
+    [[nodiscard]] Duration longest() const { return longest_; }
+    /// The time from the last call to this one.
+    Interval advance(Time now);
+
+   private:
+    Duration longest_;
+    bool started_ = false;
+    Time last_;
+  };
+
+  /// The age of the newest fresh segment, summed up from ticks, so that a clock set back makes no segment young.
+  class SegmentAge {
+   public:
+    void advance(const SafetyInput& input, Duration elapsed, Duration stale_after);
+    [[nodiscard]] bool any() const { return any_; }
+    [[nodiscard]] bool is_stale() const { return any_ && age_ >= stale_at_; }
+    [[nodiscard]] Duration stale_for() const { return age_ - stale_at_; }
+
+   private:
+    Duration age_;
+    Duration stale_at_;  // the age from which on it is stale
+    bool any_ = false;
+  };
+
+  [[nodiscard]] Causes causes_of(const SafetyInput& input, const Interval& interval) const;
   void count_new(Causes causes);
+  [[nodiscard]] Wrench within_limits(const std::optional<Wrench>& wanted_D_W);
   void change_mode(Causes causes, const Twist& V_WD);
   [[nodiscard]] bool may_brake(Causes causes, const Twist& V_WD) const;
-  [[nodiscard]] Wrench target_for(const Twist& V_WD);
-  [[nodiscard]] Wrench slewed(const Wrench& target) const;
+  [[nodiscard]] Wrench target_for(const Wrench& clamped_D_W, const Twist& V_WD);
+  [[nodiscard]] Wrench slewed(const Wrench& target, Duration elapsed) const;
   void enter(Mode mode, SafetyCause cause);
-  void keep_account(const SafetyInput& input, Causes causes);
+  void keep_account(const SafetyInput& input, Causes causes, const Wrench& clamped_D_W);
 
   SafetyLimits limits_;
-  Duration longest_tick_;
+  TickClock clock_;
+  SegmentAge segment_;
 
   Mode mode_ = Mode::disengaged;
   SafetyCause cause_ = SafetyCause::none;
+  Duration in_mode_;      // time since the mode was entered
+  Duration healthy_for_;  // without a cause of a fault
+  Causes causes_ = 0;     // of the last tick
+
   Wrench commanded_D_W_;
-  Wrench clamped_D_W_;
-  Wrench released_D_W_;       // commanded when the release began
   double gain_ = 0;           // of the ramp
+  Wrench released_D_W_;       // commanded when the release began
   double released_gain_ = 0;  // when the release began
-  Duration in_mode_;          // time since the mode was entered
-  Duration age_;              // of the newest fresh segment
-  Duration stale_at_;         // the age from which on it is stale
-  Duration healthy_for_;      // without a cause of a fault
-  bool any_segment_ = false;
 
-  bool started_ = false;
-  Time last_;
-  Duration elapsed_;       // since the last tick, at least zero
-  Duration slew_elapsed_;  // the same, at most longest_tick
-  bool reversed_ = false;
-  bool gap_ = false;
-
-  Causes causes_ = 0;  // of the last tick
-  std::array<std::uint64_t, safety_cause_count> counts_{};
   GateAccount account_;
-  std::uint64_t faults_ = 0, engaged_ticks_ = 0, clamped_ticks_ = 0, slewed_ticks_ = 0, rejected_ticks_ = 0;
 };
 
 }  // namespace tactor

@@ -51,8 +51,8 @@ BOOST_AUTO_TEST_CASE(a_wrench_comes_in_along_the_ramp) {
     BOOST_TEST(out.safety.engagement == (i < 40 ? Engagement::ramping : Engagement::engaged));
     BOOST_TEST(out.safety.cause == SafetyCause::none);
   }
-  BOOST_TEST(drive.gate.engaged_ticks() == 21U);
-  BOOST_TEST(drive.gate.slewed_ticks() == 0U);
+  BOOST_TEST(drive.gate.account().engaged == 21U);
+  BOOST_TEST(drive.gate.account().slewed == 0U);
 }
 
 BOOST_AUTO_TEST_CASE(a_wrench_beyond_the_limits_is_shortened_along_its_direction) {
@@ -68,7 +68,7 @@ BOOST_AUTO_TEST_CASE(a_wrench_beyond_the_limits_is_shortened_along_its_direction
     BOOST_TEST(norm(drive.output.safety.clamped_D_W.force - drive.output.commanded_D_W.force) < 1e-12);
   }
   // The six sizes in N m are all beyond the limit of the torque.
-  BOOST_TEST(drive.gate.clamped_ticks() == 120U);
+  BOOST_TEST(drive.gate.account().clamped == 120U);
 }
 
 BOOST_AUTO_TEST_CASE(a_step_is_slewed_by_norm_and_arrives_exactly) {
@@ -85,7 +85,7 @@ BOOST_AUTO_TEST_CASE(a_step_is_slewed_by_norm_and_arrives_exactly) {
     BOOST_TEST(std::abs(drive.output.commanded_D_W.torque.y - std::min(i * 0.02, 0.2)) < 1e-15);
   }
   BOOST_TEST((drive.output.commanded_D_W.force == Vec3{5, 3, 4}));
-  BOOST_TEST(drive.gate.slewed_ticks() == 9U);
+  BOOST_TEST(drive.gate.account().slewed == 9U);
 }
 
 BOOST_AUTO_TEST_CASE(a_force_without_fresh_segments_ends_at_the_stated_time_along_the_ramp) {
@@ -109,7 +109,7 @@ BOOST_AUTO_TEST_CASE(a_force_without_fresh_segments_ends_at_the_stated_time_alon
                                                               : Engagement::disengaged));
   }
   BOOST_TEST(drive.gate.count(SafetyCause::stale) == 1U);
-  BOOST_TEST(drive.gate.faults() == 0U);
+  BOOST_TEST(drive.gate.account().faults == 0U);
 
   drive.input.fresh_segment = true;
   drive.input.wanted_D_W = push;
@@ -187,7 +187,7 @@ BOOST_AUTO_TEST_CASE(what_is_not_finite_is_a_fault_that_lasts_until_inputs_have_
       BOOST_TEST(drive.output.safety.cause == SafetyCause::not_finite);
       BOOST_TEST(is_zero(drive.output.safety.clamped_D_W));
     }
-    BOOST_TEST(drive.gate.rejected_ticks() == 5U);
+    BOOST_TEST(drive.gate.account().rejected == 5U);
     drive.input.wanted_D_W = push;
     for (int i = 1; i < 200; ++i) {
       drive.tick();
@@ -198,7 +198,7 @@ BOOST_AUTO_TEST_CASE(what_is_not_finite_is_a_fault_that_lasts_until_inputs_have_
       drive.tick();
       BOOST_TEST(norm(drive.output.commanded_D_W.force - ramp(i / 100.0) * push.force) < 1e-13);
     }
-    BOOST_TEST(drive.gate.faults() == 1U);
+    BOOST_TEST(drive.gate.account().faults == 1U);
     BOOST_TEST(drive.gate.count(SafetyCause::not_finite) == 1U);
   }
 }
@@ -242,7 +242,7 @@ BOOST_AUTO_TEST_CASE(a_handle_that_is_too_fast_is_braked_against_its_motion_and_
   BOOST_TEST(is_zero(drive.output.commanded_D_W));
   BOOST_TEST(drive.output.safety.engagement == Engagement::fault);
   BOOST_TEST(drive.gate.count(SafetyCause::overspeed) == 1U);
-  BOOST_TEST(drive.gate.faults() == 1U);
+  BOOST_TEST(drive.gate.account().faults == 1U);
 }
 
 BOOST_AUTO_TEST_CASE(a_brake_ends_at_half_the_speed_limit) {
@@ -531,8 +531,8 @@ BOOST_AUTO_TEST_CASE(whatever_comes_in_the_promises_are_kept) {
       if (out.safety.cause == SafetyCause::overspeed && !is_zero(now)) ++braked;
       before = now;
     }
-    engaged += gate.engaged_ticks();
-    faults += gate.faults();
+    engaged += gate.account().engaged;
+    faults += gate.account().faults;
     stale += gate.count(SafetyCause::stale);
   }
   // The inputs were not so bad that nothing ever happened.
@@ -561,7 +561,7 @@ BOOST_AUTO_TEST_CASE(the_time_to_zero_holds_on_the_clock_where_ticks_come_in_tim
       const SafetyOutput out = gate.tick(in);
       if (in.now - fresh >= Duration{200'000'000}) BOOST_REQUIRE(is_zero(out.commanded_D_W));
     }
-    BOOST_TEST(gate.engaged_ticks() > 0U);
+    BOOST_TEST(gate.account().engaged > 0U);
   }
 }
 
