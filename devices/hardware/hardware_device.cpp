@@ -45,15 +45,16 @@ AxisLimits with(AxisLimits limits, Duration stuck_after) {
 std::string tell_failures(const LinkRunner& runner) {
   std::string last = runner.last_failure();
   if (last.empty()) return {};
+  const LinkMetrics& line = runner.metrics();
   std::string counts;
   for (int i = 1; i < link_error_count; ++i) {
     const auto error = static_cast<LinkError>(i);
-    if (runner.errors(error) == 0) continue;
-    counts += (counts.empty() ? "" : ", ") + std::to_string(runner.errors(error)) + " " + std::string(name_of(error));
+    if (line.errors(error) == 0) continue;
+    counts += (counts.empty() ? "" : ", ") + std::to_string(line.errors(error)) + " " + std::string(name_of(error));
   }
   const std::string name = runner.name() + ": ";
   if (last.starts_with(name)) last.erase(0, name.size());
-  return name + counts + ", opened anew " + std::to_string(runner.reconnects()) + " times; the last: " + last;
+  return name + counts + ", opened anew " + std::to_string(line.reconnects.value()) + " times; the last: " + last;
 }
 
 LinkRunnerSettings runner_settings(const HardwareParts& parts, const NodeContext& context) {
@@ -221,21 +222,22 @@ bool HardwareDevice::write(Time, const Wrench& commanded_D_W) noexcept {
 
 ForceAccount HardwareDevice::account() const {
   ForceAccount account = DeviceNode::account();
-  if (!follows_) account.carried = static_cast<std::uint64_t>(runner_->forced_cycles());
+  if (!follows_) account.carried = static_cast<std::uint64_t>(runner_->metrics().forced_cycles.value());
   return account;
 }
 
 void HardwareDevice::report(Report& report) const {
   if (follows_) return;
+  const LinkMetrics& line = runner_->metrics();
   const auto count = [&](const std::string& name, auto value) {
     report.set("device." + name, static_cast<double>(value));
   };
-  count("link.cycles", runner_->cycles());
-  count("link.reconnects", runner_->reconnects());
-  count("link.skipped", runner_->skipped());
+  count("link.cycles", line.cycles.value());
+  count("link.reconnects", line.reconnects.value());
+  count("link.skipped", line.skipped.value());
   for (int i = 1; i < link_error_count; ++i) {
     const auto error = static_cast<LinkError>(i);
-    count("link.errors." + std::string(name_of(error)), runner_->errors(error));
+    count("link.errors." + std::string(name_of(error)), line.errors(error));
   }
   const auto latency = [&](const std::string& name, const LatencyHistogram& histogram) {
     if (histogram.count() == 0) return;
@@ -244,7 +246,7 @@ void HardwareDevice::report(Report& report) const {
     report.set("device.link." + name + ".max", histogram.max().microseconds());
   };
   latency("age_us", *age_);
-  latency("cycle_us", runner_->cycle_time());
+  latency("cycle_us", line.cycle_time);
   count("jumps", plausibility_.jumps());
   count("stuck", plausibility_.times_stuck());
   count("limited_ticks", limited_ticks_);

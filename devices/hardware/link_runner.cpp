@@ -1,12 +1,9 @@
 #include "devices/hardware/link_runner.hpp"
 
-#include <sched.h>
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstring>
+#include <optional>
 
 #include "framework/realtime/make_thread.hpp"
 #include "framework/realtime/thread_policy.hpp"
@@ -25,8 +22,8 @@ LinkRunner::LinkRunner(std::unique_ptr<Link> link, LinkRunnerSettings settings)
     : link_(std::move(link)),
       settings_(std::move(settings)),
       name_(link_->name()),
-      back_off_(settings_.back_off),
-      cycle_time_(std::make_unique<LatencyHistogram>()) {
+      commands_(settings_.command_age_max),
+      back_off_(settings_.back_off) {
   TACTOR_DEMAND(settings_.rate > 0 && settings_.rate <= TickSchedule::max_rate);
 }
 
@@ -56,32 +53,15 @@ bool LinkRunner::newest(LinkReport& report) noexcept {
 }
 
 void LinkRunner::command(Instant now, const LinkCommand& command) noexcept {
-  if (!policy_told_) remember_policy();
-  if (command.is_zero()) zeroed_ = now;
-  const Order order{command, zeroed_};
-  commands_.push({Time{now.ns}, Time{now.ns}, ++commands_sent_}, &order);
-}
-
-void LinkRunner::remember_policy() noexcept {
-  policy_told_ = true;
-  sched_param parameter{};
-  sched_getparam(0, &parameter);
-  policy_ = {sched_getscheduler(0) & ~SCHED_RESET_ON_FORK, parameter.sched_priority, getpriority(PRIO_PROCESS, 0)};
-  policy_known_.store(true, std::memory_order_release);
+  policy_.remember();
+  commands_.send(now, command);
 }
 
 void LinkRunner::take_policy() {
-  if (policy_taken_ || !policy_known_.load(std::memory_order_acquire)) return;
-  policy_taken_ = true;
-  ThreadSettings settings;
-  if (policy_.policy == SCHED_FIFO || policy_.policy == SCHED_RR) {
-    settings.policy = policy_.policy == SCHED_FIFO ? SchedulingPolicy::fifo : SchedulingPolicy::round_robin;
-    settings.priority = std::max(1, policy_.priority - 1);
-  }
-  const ThreadGrant grant = apply_thread_settings(settings, settings_.thread_name);
-  if (settings.policy == SchedulingPolicy::other) setpriority(PRIO_PROCESS, 0, policy_.nice);
+  const std::vector<Refusal> refused = policy_.take(settings_.thread_name);
+  if (refused.empty()) return;
   const std::scoped_lock lock(mutex_);
-  for (const Refusal& refusal : grant.refused) refused_.push_back(describe(refusal));
+  for (const Refusal& refusal : refused) refused_.push_back(describe(refusal));
 }
 
 std::string LinkRunner::last_failure() const {
@@ -126,12 +106,12 @@ void LinkRunner::run() {
     cycle(MonotonicClock::now());
     if (!is_open_ && !any_good_ && !back_off()) break;
     const std::int64_t last = schedule.last_due(Time{} + (MonotonicClock::now() - origin));
-    if (is_open_ && last > tick) skipped_.add(last - tick);
+    if (is_open_ && last > tick) metrics_.skipped.add(last - tick);
     tick = std::max(last, tick) + 1;
-    if (any_command_ && MonotonicClock::now() - commanded_ > settings_.idle_after) {
+    const std::optional<Instant> commanded = commands_.commanded();
+    if (commanded && MonotonicClock::now() - *commanded > settings_.idle_after) {
       shut_down();
-      const Instant seen = commanded_;
-      while (commanded_ == seen && pause(look_again)) due_command(MonotonicClock::now());
+      while (commands_.commanded() == commanded && pause(look_again)) due_command(MonotonicClock::now());
     }
   }
   shut_down();
@@ -146,32 +126,16 @@ bool LinkRunner::open() {
   is_open_ = true;
   failures_in_a_row_ = 0;
   any_good_ = false;
-  if (++sessions_ > 1) reconnects_.add(1);
-  cut();
+  if (++sessions_ > 1) metrics_.reconnects.add(1);
+  commands_.cut();
+  publish();
   return true;
 }
 
-void LinkRunner::cut() {
-  cut_ = true;
-  cut_since_ = MonotonicClock::now();
-  ++report_.cuts;
-  publish();
-}
-
 LinkCommand LinkRunner::due_command(Instant now) {
-  commands_.admit();
-  if (const MessageView view = commands_.take()) {
-    std::memcpy(&newest_, view.value, sizeof newest_);
-    commanded_ = {view.stamp->produced.ns};
-    any_command_ = true;
-  }
-  if (!any_command_) return {};
-  if (now - commanded_ > settings_.command_age_max) {
-    if (!cut_) cut();
-    return {};
-  }
-  if (cut_ && newest_.zeroed > cut_since_) cut_ = false;
-  return cut_ ? LinkCommand{} : newest_.command;
+  const LinkCommand command = commands_.due(now);
+  if (commands_.cuts() != report_.cuts) publish();
+  return command;
 }
 
 void LinkRunner::cycle(Instant began) {
@@ -179,7 +143,7 @@ void LinkRunner::cycle(Instant began) {
   LinkSample sample;
   const LinkCommand command = due_command(began);
   const bool good = link_->exchange(command, sample, failure);
-  cycle_time_->record(MonotonicClock::now() - began);
+  metrics_.cycle_time.record(MonotonicClock::now() - began);
   if (!good) {
     failed(failure);
     if (failure.reopen || ++failures_in_a_row_ >= settings_.failures_before_reopen) {
@@ -191,8 +155,8 @@ void LinkRunner::cycle(Instant began) {
   failures_in_a_row_ = 0;
   any_good_ = true;
   back_off_ = settings_.back_off;
-  cycles_.add(1);
-  if (!command.is_zero()) forced_cycles_.add(1);
+  metrics_.cycles.add(1);
+  if (!command.is_zero()) metrics_.forced_cycles.add(1);
   report_.sample = sample;
   report_.sampled = began;
   ++report_.samples;
@@ -205,7 +169,7 @@ void LinkRunner::cycle(Instant began) {
 }
 
 void LinkRunner::failed(const LinkFailure& failure) {
-  errors_[static_cast<std::size_t>(failure.error)].add(1);
+  metrics_.by_error[static_cast<std::size_t>(failure.error)].add(1);
   const std::string text = name_ + ": " + failure.text;
   report_.error = failure.error;
   report_.text.fill('\0');
@@ -218,8 +182,8 @@ void LinkRunner::failed(const LinkFailure& failure) {
 }
 
 void LinkRunner::publish() {
-  const Time now{MonotonicClock::now().ns};
-  reports_.push({now, now, ++reports_sent_}, &report_);
+  report_.cuts = commands_.cuts();
+  reports_.push({}, &report_);
 }
 
 void LinkRunner::shut_down() {

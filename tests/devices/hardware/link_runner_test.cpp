@@ -70,8 +70,8 @@ BOOST_AUTO_TEST_CASE(after_a_reconnect_the_command_is_cut_until_zero_is_commande
   BOOST_TEST(given.size() > opened + 10);
   BOOST_TEST(rig.commanding(0, [&, from = rig.script.cycles.load()] { return rig.script.cycles > from + 3; }));
   BOOST_TEST(rig.commanding(2, [&] { return rig.script.effort == 2.0; }));
-  BOOST_TEST(rig.runner.reconnects() == 1);
-  BOOST_TEST(rig.runner.errors(LinkError::timeout) == 1);
+  BOOST_TEST(rig.runner.metrics().reconnects.value() == 1);
+  BOOST_TEST(rig.runner.metrics().errors(LinkError::timeout) == 1);
 }
 
 BOOST_AUTO_TEST_CASE(a_command_of_a_loop_that_has_stopped_counts_as_zero_and_the_device_is_shut_down) {
@@ -100,7 +100,7 @@ BOOST_AUTO_TEST_CASE(failures_in_a_row_open_the_line_anew_and_single_ones_do_not
   BOOST_TEST(rig.script.openings == 1);
   rig.script.fails = 5;
   BOOST_TEST(eventually([&] { return rig.script.openings == 2; }));
-  BOOST_TEST(rig.runner.errors(LinkError::timeout) == 9);
+  BOOST_TEST(rig.runner.metrics().errors(LinkError::timeout) == 9);
   BOOST_TEST(rig.runner.last_failure() == "test rig at port 7: no answer within 5 ms");
 }
 
@@ -115,7 +115,7 @@ BOOST_AUTO_TEST_CASE(a_line_that_cannot_be_opened_is_tried_again_with_growing_pa
   BOOST_TEST(eventually([&] { return rig.script.attempts == 5; }));
   // 20 + 40 + 80 + 100 ms at least lie between five attempts.
   BOOST_TEST((MonotonicClock::now() - began).seconds() >= 0.24);
-  BOOST_TEST(rig.runner.errors(LinkError::disconnected) >= 4);
+  BOOST_TEST(rig.runner.metrics().errors(LinkError::disconnected) >= 4);
   rig.script.opens = true;
   BOOST_TEST(eventually([&] { return rig.script.cycles > 3; }));
 }
@@ -190,7 +190,7 @@ BOOST_AUTO_TEST_CASE(cycles_that_are_due_in_another_are_skipped) {
   rig.runner.start();
   BOOST_TEST(eventually([&] { return rig.script.cycles >= 5; }));
   rig.runner.stop();
-  BOOST_TEST(rig.runner.skipped() >= 4 * 5);
+  BOOST_TEST(rig.runner.metrics().skipped.value() >= 4 * 5);
 }
 
 BOOST_AUTO_TEST_CASE(a_line_that_sets_the_pace_goes_ahead_of_the_deadlines_by_one_and_a_half_periods) {
