@@ -6,15 +6,11 @@
 #include <cstdio>
 #include <numbers>
 
-#include "framework/core/between_samples.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
 
 namespace {
-
-/// Room for the path of half an hour at 1 kHz.
-constexpr double max_path_samples = 2e6;
 
 constexpr Duration absent_after{1'000'000'000};  // without a line that opens
 constexpr Duration look_for_it{2'000'000};
@@ -77,19 +73,17 @@ HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& 
       filter_(params, noise_of(parts.resolution * params.workspace_scale), noise_of(parts.resolution_angle),
               1 / std::min(parts.rate, params.rate), context.torque),
       cutoff_Hz_(cutoff(params.velocity_departure, noise_of(parts.resolution * params.workspace_scale), parts.rate)),
-      age_(std::make_unique<LatencyHistogram>()) {
+      age_(std::make_unique<LatencyHistogram>()),
+      path_(context.duration.seconds() * params.rate + 2) {
   TACTOR_DEMAND(kinematics_->axes() == limits_.axes && limits_.axes >= 1 && limits_.axes <= max_axes);
   runner_ = std::make_unique<LinkRunner>(std::move(parts.link), runner_settings(parts, context));
-  const double samples = context.duration.seconds() * params.rate + 2;
-  path_.resize(static_cast<std::size_t>(std::min(samples, max_path_samples)));
-  path_.clear();
 }
 
 HardwareDevice::~HardwareDevice() = default;
 
 void HardwareDevice::start(StepContext&) {
   started_ = MonotonicClock::now();
-  if (follows_) return;
+  if (followed_) return;
   runner_->start();
   // A line that is still being opened, with a start-up or a homing, is waited for by the run itself.
   const Instant give_up = started_ + std::min(params_.connect_timeout, absent_after);
@@ -106,15 +100,6 @@ void HardwareDevice::follow(const Node& tested) {
   const auto* device = dynamic_cast<const HardwareDevice*>(&tested);
   TACTOR_DEMAND(device != nullptr);
   followed_ = device->path_;
-  follows_ = true;
-}
-
-DeviceState HardwareDevice::followed_at(Time now) noexcept {
-  const Pose X_WD = value_between(followed_, now, followed_leg_, &PathSample::t,
-                                  [](const PathSample& sample) { return sample.state.X_WD; });
-  DeviceState found = followed_[followed_leg_].state;
-  found.X_WD = X_WD;
-  return found;
 }
 
 ReadResult HardwareDevice::fail(const char* format, ...) noexcept {
@@ -166,9 +151,9 @@ ReadResult HardwareDevice::judged() noexcept {
 }
 
 ReadResult HardwareDevice::read(Time now, DeviceSample& sample) noexcept {
-  if (follows_) {
-    if (followed_.empty()) return ReadResult::not_yet;
-    sample = {followed_at(now), now};
+  if (followed_) {
+    if (followed_->empty()) return ReadResult::not_yet;
+    sample = {followed_->at(now), now};
     return ReadResult::sample;
   }
   const Instant clock = MonotonicClock::now();
@@ -189,14 +174,12 @@ ReadResult HardwareDevice::read(Time now, DeviceSample& sample) noexcept {
   }
   if (const ReadResult verdict = judged(); verdict != ReadResult::sample) return verdict;
   sample = newest_;
-  if (path_.size() < path_.capacity() && (path_.empty() || path_.back().t < newest_.time)) {
-    path_.push_back({newest_.time, newest_.state});
-  }
+  path_.add(newest_);
   return ReadResult::sample;
 }
 
 bool HardwareDevice::write(Time, const Wrench& commanded_D_W) noexcept {
-  if (follows_) return true;
+  if (followed_) return true;
   LinkCommand command;
   if (samples_seen_ > 0) {
     kinematics_->efforts(report_.sample.q, workspace_.to_device(commanded_D_W), command.effort);
@@ -222,12 +205,12 @@ bool HardwareDevice::write(Time, const Wrench& commanded_D_W) noexcept {
 
 ForceAccount HardwareDevice::account() const {
   ForceAccount account = DeviceNode::account();
-  if (!follows_) account.carried = static_cast<std::uint64_t>(runner_->metrics().forced_cycles.value());
+  if (!followed_) account.carried = static_cast<std::uint64_t>(runner_->metrics().forced_cycles.value());
   return account;
 }
 
 void HardwareDevice::report(Report& report) const {
-  if (follows_) return;
+  if (followed_) return;
   const LinkMetrics& line = runner_->metrics();
   const auto count = [&](const std::string& name, auto value) {
     report.set("device." + name, static_cast<double>(value));

@@ -9,6 +9,7 @@
 #include "devices/hardware/kinematics.hpp"
 #include "devices/hardware/link_runner.hpp"
 #include "devices/hardware/plausibility.hpp"
+#include "devices/hardware/state_path.hpp"
 #include "devices/hardware/workspace.hpp"
 #include "framework/realtime/device_node.hpp"
 #include "framework/realtime/latency_histogram.hpp"
@@ -79,24 +80,18 @@ class HardwareDevice : public DeviceNode {
   [[nodiscard]] const char* failure() const noexcept final { return failure_.data(); }
 
  private:
-  struct PathSample {
-    Time t;
-    DeviceState state;
-  };
-
   void take_in(Time now, Instant clock) noexcept;
   [[nodiscard]] ReadResult fail(const char* format, ...) noexcept __attribute__((format(printf, 2, 3)));
   [[nodiscard]] ReadResult not_connected(Instant clock) noexcept;
   [[nodiscard]] ReadResult judged() noexcept;
-  [[nodiscard]] DeviceState followed_at(Time now) noexcept;
 
-  HardwareParams params_;
-  Workspace workspace_;
+  const HardwareParams params_;
+  const Workspace workspace_;
   std::unique_ptr<Kinematics> kinematics_;
-  AxisLimits limits_;
+  const AxisLimits limits_;
   Plausibility plausibility_;
   PoseFilter filter_;
-  double cutoff_Hz_ = 0;
+  const double cutoff_Hz_;
   std::unique_ptr<LinkRunner> runner_;
   Instant started_;
 
@@ -111,10 +106,8 @@ class HardwareDevice : public DeviceNode {
   std::uint64_t limited_ticks_ = 0;
   std::unique_ptr<LatencyHistogram> age_;
 
-  std::vector<PathSample> path_;  // what it showed, for the reference run; never beyond its reserve
-  std::vector<PathSample> followed_;
-  std::size_t followed_leg_ = 0;
-  bool follows_ = false;
+  StatePath path_;                     // what it showed
+  std::optional<StatePath> followed_;  // of the run under test, in a reference run
 };
 
 }  // namespace tactor
