@@ -31,6 +31,9 @@ struct Fault {
   bool when_driven = false;  ///< `time` counts while the device is driven with a force without a break
   double time = 0;           ///< s, else since the first request
   double value = 0;
+
+  /// `value`, or `otherwise` where that is 0.
+  [[nodiscard]] double value_or(double otherwise) const { return value == 0 ? otherwise : value; }
 };
 
 /// `KIND`, `KIND@TIME` or `KIND@driven+TIME`, with `:VALUE` behind it; times in s. Throws InputError, with the kinds,

@@ -16,7 +16,6 @@
 #include <filesystem>
 
 #include "devices/modbus/cycle_plan.hpp"
-#include "devices/modbus/frame.hpp"
 #include "framework/core/check.hpp"
 #include "framework/realtime/thread_policy.hpp"
 
@@ -38,10 +37,6 @@ const ThreadSettings punctual{SchedulingPolicy::fifo, 40, std::nullopt};
   throw RunError("the emulator: " + what + ": " + std::strerror(errno));
 }
 
-double value_or(const Fault& fault, double otherwise) {
-  return fault.value == 0 ? otherwise : fault.value;
-}
-
 void never_block(int file) {
   if (fcntl(file, F_SETFL, fcntl(file, F_GETFL) | O_NONBLOCK) != 0) fail("cannot set up a file");
 }
@@ -55,8 +50,7 @@ std::string target_of(const std::string& link) {
 }  // namespace
 
 Emulator::Emulator(Profile profile, EmulatorOptions options)
-    : options_(std::move(options)), device_(std::move(profile)) {
-  for (const Fault& fault : options_.faults) faults_.push_back({fault, false, false, {}});
+    : options_(std::move(options)), device_(std::move(profile)), faults_(options_.faults, options_.serial) {
   if (!options_.log.empty()) {
     log_.open(options_.log);
     if (!log_) fail("cannot write " + options_.log);
@@ -135,7 +129,7 @@ void Emulator::pull_or_plug() {
   bool pulled = false;
   {
     const std::scoped_lock lock(mutex_);
-    pulled = active(FaultKind::unplug) != nullptr;
+    pulled = faults_.active(FaultKind::unplug) != nullptr;
   }
   if (plugged && pulled) close_pty();
   if (!plugged && !pulled) open_pty();
@@ -155,8 +149,8 @@ void Emulator::stop() {
 
 void Emulator::inject(const Fault& fault) {
   const std::scoped_lock lock(mutex_);
-  faults_.push_back({fault, false, false, {}});
-  begin_faults();
+  faults_.add(fault);
+  faults_.begin_due(device_);
 }
 
 EmulatedState Emulator::state() const {
@@ -178,8 +172,8 @@ void Emulator::move() {
     const Time now = Time{} + (MonotonicClock::now() - origin_);
     const std::scoped_lock lock(mutex_);
     device_.advance(now);
-    begin_faults();
-    end_faults();
+    faults_.begin_due(device_);
+    faults_.end_due(device_);
     if (!log_.is_open() || k % moves_a_log_line != 0) continue;
     const EmulatedState s = device_.state();
     // Flushed, because who ends this program does not always let it end.
@@ -189,73 +183,9 @@ void Emulator::move() {
   }
 }
 
-void Emulator::begin_faults() {
-  const Instant now = MonotonicClock::now();
-  for (Waiting& w : faults_) {
-    if (w.begun) continue;
-    const bool due = w.fault.when_driven ? device_.driven_for() > w.fault.time
-                                         : any_request_ && (now - first_request_).seconds() >= w.fault.time;
-    if (due) begin(w);
-  }
-}
-
-void Emulator::begin(Waiting& w) {
-  w.begun = true;
-  w.began = MonotonicClock::now();
-  switch (w.fault.kind) {
-    case FaultKind::jump:
-      device_.jump(value_or(w.fault, 0.06));
-      w.over = true;
-      break;
-    case FaultKind::stuck:
-      device_.stick(true);
-      break;
-    case FaultKind::status:
-      device_.set_error(static_cast<int>(value_or(w.fault, 5)));
-      w.over = true;
-      break;
-    case FaultKind::another:
-      device_.become_another();
-      drop_clients_ = true;
-      w.over = true;
-      break;
-    case FaultKind::reset:
-      drop_clients_ = !options_.serial;
-      w.over = drop_clients_;
-      break;
-    default:
-      break;
-  }
-}
-
-void Emulator::end_faults() {
-  const auto lasts = [](FaultKind kind) {
-    return kind == FaultKind::silent || kind == FaultKind::crc || kind == FaultKind::slave ||
-           kind == FaultKind::length || kind == FaultKind::exception || kind == FaultKind::stuck ||
-           kind == FaultKind::unplug;
-  };
-  for (Waiting& w : faults_) {
-    if (!w.begun || w.over || w.fault.value <= 0 || !lasts(w.fault.kind)) continue;
-    if ((MonotonicClock::now() - w.began).seconds() < w.fault.value) continue;
-    w.over = true;
-    if (w.fault.kind == FaultKind::stuck) device_.stick(false);
-  }
-}
-
 void Emulator::end_all_faults() {
   const std::scoped_lock lock(mutex_);
-  for (Waiting& w : faults_) {
-    if (!w.begun || w.over) continue;
-    w.over = true;
-    if (w.fault.kind == FaultKind::stuck) device_.stick(false);
-  }
-}
-
-Emulator::Waiting* Emulator::active(FaultKind kind) {
-  for (Waiting& w : faults_) {
-    if (w.begun && !w.over && w.fault.kind == kind) return &w;
-  }
-  return nullptr;
+  faults_.end_all(device_);
 }
 
 void Emulator::serve() {
@@ -264,8 +194,7 @@ void Emulator::serve() {
     bool drops = false;
     {
       const std::scoped_lock lock(mutex_);
-      drops = drop_clients_;
-      drop_clients_ = false;
+      drops = faults_.take_drop();
     }
     if (drops && !options_.serial) {
       while (!clients_.empty()) drop(clients_.back().file);
@@ -357,8 +286,7 @@ void Emulator::answer(int file, const Request& request) {
   std::vector<std::uint8_t> frame;
   {
     const std::scoped_lock lock(mutex_);
-    if (!any_request_) first_request_ = MonotonicClock::now();
-    any_request_ = true;
+    faults_.asked();
     device_.asked();
   }
   if (options_.serial && options_.line_delay) {
@@ -369,7 +297,7 @@ void Emulator::answer(int file, const Request& request) {
   {
     const std::scoped_lock lock(mutex_);
     device_.advance(Time{} + (MonotonicClock::now() - origin_));
-    if (active(FaultKind::exception) != nullptr) {
+    if (faults_.active(FaultKind::exception) != nullptr) {
       constexpr int device_failure = 4;
       ++fault_answers_;
       frame = exception_frame(request, options_.serial, device_failure);
@@ -381,56 +309,19 @@ void Emulator::answer(int file, const Request& request) {
   send(file, std::move(frame));
 }
 
-void Emulator::put_check_sum(std::vector<std::uint8_t>& frame) const {
-  if (!options_.serial) return;
-  const std::uint16_t sum = check_sum(std::span<const std::uint8_t>(frame).first(frame.size() - 2));
-  frame[frame.size() - 2] = static_cast<std::uint8_t>(sum & 0xffU);
-  frame[frame.size() - 1] = static_cast<std::uint8_t>(sum >> 8);
-}
-
-void Emulator::disturb(std::vector<std::uint8_t>& frame) {
-  if (frame.size() < 4) return;
-  if (active(FaultKind::crc) != nullptr) {
-    // Over TCP the transaction number stands where a check sum would tell.
-    frame[options_.serial ? frame.size() - 1 : 1] ^= 0x55U;
-    ++fault_answers_;
-  }
-  if (active(FaultKind::slave) != nullptr) {
-    // A whole answer of the slave beside it.
-    std::uint8_t& unit = frame[options_.serial ? 0 : 6];
-    unit = static_cast<std::uint8_t>(unit + 1);
-    put_check_sum(frame);
-    ++fault_answers_;
-  }
-  if (active(FaultKind::length) != nullptr) {
-    // Of the header over TCP, else the byte behind the function, which counts those of a read.
-    ++frame[options_.serial ? 2 : 5];
-    put_check_sum(frame);
-    ++fault_answers_;
-  }
-  if (Waiting* reset = active(FaultKind::reset)) {
-    for (std::uint8_t& byte : frame) byte ^= 0xa5U;
-    reset->over = true;
-    ++fault_answers_;
-  }
-}
-
 void Emulator::send(int file, std::vector<std::uint8_t> frame) {
   double wait = 0, drip = 0;
   {
     const std::scoped_lock lock(mutex_);
     ++answers_;
-    disturb(frame);
-    if (active(FaultKind::silent) != nullptr) {
+    fault_answers_ += faults_.disturb(frame);
+    if (faults_.active(FaultKind::silent) != nullptr) {
       ++fault_answers_;
       return;
     }
-    if (const Waiting* slow = active(FaultKind::slow)) wait += value_or(slow->fault, 0.2);
-    if (Waiting* late = active(FaultKind::late)) {
-      wait += value_or(late->fault, 0.2);
-      late->over = true;
-    }
-    if (const Waiting* dribble = active(FaultKind::dribble)) drip = value_or(dribble->fault, 0.04);
+    if (const Fault* slow = faults_.active(FaultKind::slow)) wait += slow->value_or(0.2);
+    if (const Fault* late = faults_.take(FaultKind::late)) wait += late->value_or(0.2);
+    if (const Fault* dribble = faults_.active(FaultKind::dribble)) drip = dribble->value_or(0.04);
     if (wait > 0 || drip > 0) ++fault_answers_;
   }
   if (wait > 0) pause(wait);

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "devices/modbus/emulator/device.hpp"
-#include "devices/modbus/emulator/faults.hpp"
+#include "devices/modbus/emulator/fault_schedule.hpp"
 #include "devices/modbus/emulator/request.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
@@ -59,13 +59,6 @@ class Emulator {
   [[nodiscard]] std::uint64_t connections() const { return connections_; }
 
  private:
-  struct Waiting {
-    Fault fault;
-    bool begun = false;
-    bool over = false;
-    Instant began;
-  };
-
   struct Client {
     int file = -1;
     std::vector<std::uint8_t> pending;  // of a request that is not whole
@@ -82,29 +75,20 @@ class Emulator {
   [[nodiscard]] Client* client_of(int file);
   void hear(int file);
   void answer(int file, const Request& request);
-  void begin_faults();
-  void begin(Waiting& waiting);
-  void end_faults();
-  [[nodiscard]] Waiting* active(FaultKind kind);
   void send(int file, std::vector<std::uint8_t> frame);
-  void put_check_sum(std::vector<std::uint8_t>& frame) const;
-  void disturb(std::vector<std::uint8_t>& frame);
   void drop(int file);
   void pause(double seconds) const;
 
-  EmulatorOptions options_;
+  const EmulatorOptions options_;
   mutable std::mutex mutex_;  // of the device and the faults
   EmulatedDevice device_;
-  std::vector<Waiting> faults_;
+  FaultSchedule faults_;
   std::string address_;
   int listen_ = -1, terminal_ = -1, kept_open_ = -1;
   std::string linked_;   // what the link shows, where there is one
   Instant accept_from_;  // no client is accepted before
   std::vector<Client> clients_;
   Instant origin_;
-  bool any_request_ = false;
-  Instant first_request_;
-  bool drop_clients_ = false;
   std::ofstream log_;
   std::atomic<bool> stop_{false};
   std::atomic<std::uint64_t> answers_{0}, fault_answers_{0}, writes_{0}, connections_{0};
