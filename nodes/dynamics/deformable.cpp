@@ -264,21 +264,7 @@ void DeformableDynamics::step(StepContext& context) {
 /// Puts the newest usable sample up to `until` into newest_. False where it comes less than min_step after the last
 /// one.
 bool DeformableDynamics::take_samples(Time until) {
-  for (;;) {
-    if (!waiting_ && !device.pop(next_)) break;
-    waiting_ = next_.stamp.valid > until;
-    if (waiting_) break;
-    const bool known = begun_ || has_newest_;
-    const bool late = known && next_.stamp.valid <= (has_newest_ ? newest_ : used_).stamp.valid;
-    const RefusalReason refusal = !is_usable(next_.value) ? RefusalReason::not_finite
-                                  : late                  ? RefusalReason::late
-                                                          : RefusalReason::none;
-    refused_.count(refusal);
-    if (refusal != RefusalReason::none) continue;
-    newest_ = next_;
-    newest_.value.X_WD.R = normalized(newest_.value.X_WD.R);
-    has_newest_ = true;
-  }
+  while (handle_.next(device, until, newest_)) has_newest_ = true;
   return has_newest_ && (!begun_ || newest_.stamp.valid - used_.stamp.valid >= params_.min_step);
 }
 

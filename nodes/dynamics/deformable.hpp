@@ -38,7 +38,7 @@ class DeformableDynamics final : public Node, public Refusing {
   ~DeformableDynamics() override;
   static NodeInfo declare();
   void step(StepContext& context) override;
-  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
+  [[nodiscard]] const Refusals& refusals() const override { return handle_.refusals(); }
   [[nodiscard]] const DynamicsCounts& counts() const { return counts_; }
 
   Input<ContactSet> contacts;
@@ -67,14 +67,13 @@ class DeformableDynamics final : public Node, public Refusing {
   std::optional<Condensation> condensation_;
   std::optional<ArrayPool<ShownPoint>> surface_pool_;
   BodyStates bodies_;
+  HandleSamples handle_;
   Stamped<DeviceState> used_;    // the last sample the bodies were moved to
   Stamped<DeviceState> newest_;  // the newest one in time
-  Stamped<DeviceState> next_;    // beyond that time, where `waiting_`
-  bool begun_ = false, waiting_ = false, has_newest_ = false;
+  bool begun_ = false, has_newest_ = false;
   StepResult last_{.outcome = StepOutcome::converged};
   DynamicsCounts counts_;
   std::int64_t unsent_ = 0;
-  Refusals refused_{"samples"};
 };
 
 }  // namespace tactor

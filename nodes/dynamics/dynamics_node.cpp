@@ -64,13 +64,14 @@ void DynamicsNode::step(StepContext& context) {
   }
 
   bool moved = false;
-  while (take_sample(until)) {
+  Stamped<DeviceState> sample;
+  while (handle_.next(device, until, sample)) {
     if (begun_) {
       // What has changed since the last sub-step is the contact set.
       if (!moved) observe(spring, planes, used_.value, 0);
-      advance(sample_, spring, planes);
+      advance(sample, spring, planes);
     } else {
-      begin(sample_);
+      begin(sample);
       // The query was made before the tool had its place.
       if (params_.start_at_device) planes = {};
       energy_ = system_energy(solver_.model(), spring, used_.value, planes, bodies_).total();
@@ -108,26 +109,6 @@ void DynamicsNode::send_expected(const CouplingParameters& spring, const Contact
     }
   }
   expected.send(newest.stamp.valid, ahead);
-}
-
-/// Puts the next usable sample up to `until` into `sample_`; a later one stays for the next step.
-bool DynamicsNode::take_sample(Time until) {
-  for (;;) {
-    if (!waiting_ && !device.pop(sample_)) return false;
-    waiting_ = true;
-    if (sample_.stamp.valid > until) return false;
-    waiting_ = false;
-    // One from the past would move the handle back.
-    const bool late = begun_ && sample_.stamp.valid <= used_.stamp.valid;
-    const RefusalReason refusal = !is_usable(sample_.value) ? RefusalReason::not_finite
-                                  : late                    ? RefusalReason::late
-                                                            : RefusalReason::none;
-    refused_.count(refusal);
-    if (refusal == RefusalReason::none) {
-      sample_.value.X_WD.R = normalized(sample_.value.X_WD.R);
-      return true;
-    }
-  }
 }
 
 void DynamicsNode::begin(const Stamped<DeviceState>& sample) {

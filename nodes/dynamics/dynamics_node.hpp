@@ -5,6 +5,7 @@
 
 #include "framework/core/refusals.hpp"
 #include "framework/node/node.hpp"
+#include "nodes/dynamics/handle_samples.hpp"
 #include "nodes/dynamics/passivity.hpp"
 #include "nodes/physics/mechanics/local_patch.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
@@ -50,7 +51,7 @@ struct DynamicsCounts {
 class DynamicsNode : public Node, public Refusing {
  public:
   void step(StepContext& context) override;
-  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
+  [[nodiscard]] const Refusals& refusals() const override { return handle_.refusals(); }
   [[nodiscard]] const DynamicsCounts& counts() const { return counts_; }
   /// The energy that steps and contacts made and lost.
   [[nodiscard]] const PassivityObserver& observer() const { return observer_; }
@@ -72,7 +73,6 @@ class DynamicsNode : public Node, public Refusing {
   DynamicsNode(std::string type, const InertialParams& params, bool massless, const NodeContext& context);
 
  private:
-  bool take_sample(Time until);
   void begin(const Stamped<DeviceState>& sample);
   void advance(const Stamped<DeviceState>& sample, const CouplingParameters& spring, const ContactPlanes& planes);
   void send_expected(const CouplingParameters& spring, const ContactPlanes& planes);
@@ -86,11 +86,10 @@ class DynamicsNode : public Node, public Refusing {
   bool massless_;
   RigidStep solver_;
   BodyStates bodies_;
-  double substep_;               // s, what the next sub-step is tried with
-  Stamped<DeviceState> used_;    // the last sample the bodies were moved to
-  Stamped<DeviceState> sample_;  // the next one, where `waiting_`
+  double substep_;  // s, what the next sub-step is tried with
+  HandleSamples handle_;
+  Stamped<DeviceState> used_;  // the last sample the bodies were moved to
   bool begun_ = false;
-  bool waiting_ = false;
   StepResult last_{.outcome = StepOutcome::converged};
   StepResult tried_;
   double energy_ = 0;  // J, after the last sub-step
@@ -98,7 +97,6 @@ class DynamicsNode : public Node, public Refusing {
   double error_sum_ = 0, error_max_ = 0;  // m
   std::int64_t samples_ = 0;
   DynamicsCounts counts_;
-  Refusals refused_{"samples"};
 };
 
 }  // namespace tactor

@@ -8,9 +8,9 @@
 #include "framework/node/declare.hpp"
 #include "nodes/interpolation/blended_force.hpp"
 #include "nodes/interpolation/error_estimate.hpp"
-#include "nodes/interpolation/handle_track.hpp"
 #include "nodes/physics/contact/patch_contacts.hpp"
 #include "nodes/physics/contact/surface_contacts.hpp"
+#include "nodes/physics/mechanics/handle_track.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
 

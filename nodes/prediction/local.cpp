@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 #include "nodes/physics/mechanics/rollout_parameters.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
 
@@ -28,7 +27,7 @@ void LocalPredictor::declare_metrics(Declare<LocalPredictor>& node) {
               })
       .summed()
       .metric("prediction.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower,
-              &LocalPredictor::rejected_samples_)
+              [](const LocalPredictor& self) { return self.track_.rejected(); })
       .summed()
       .metric("prediction.failed_steps", "1", "steps that were not solved", Better::lower,
               [](const LocalPredictor& self) { return self.refused_.refused(RefusalReason::unsolved); })
@@ -147,19 +146,6 @@ LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
       fit_(rollout_.tool_rotates(), params.stick_velocity,
            {.scale_all = params.stiffness_scale, .friction_scale_all = params.friction_scale}) {}
 
-void LocalPredictor::take_samples() {
-  Stamped<DeviceState> sample;
-  while (new_states_.next(device, sample)) {
-    const bool later = track_.size() == 0 || sample.stamp.valid > track_[0].stamp.valid;
-    if (later && is_usable(sample.value)) {
-      sample.value.X_WD.R = normalized(sample.value.X_WD.R);
-      track_.push(sample);
-    } else {
-      ++rejected_samples_;
-    }
-  }
-}
-
 void LocalPredictor::take_contacts() {
   start_.contacts.count = 0;
   start_.contacts.anchors = 0;
@@ -198,11 +184,12 @@ bool LocalPredictor::send(Time result) {
   return true;
 }
 
-/// The age of the sample to step to from where the rollout is; `age` is above zero, that of the last one.
-std::size_t LocalPredictor::next_age(std::size_t age) const {
-  --age;
-  while (age > 0 && track_[age].stamp.valid - rollout_.model().time < params_.min_step) --age;
-  return age;
+/// Number of the sample to step to from where the rollout is: the first from `sample` on that is far enough in time, or
+/// the newest.
+std::size_t LocalPredictor::next_step(std::size_t sample) const {
+  const Time from = rollout_.model().time;
+  while (sample + 1 < track_.count() && track_[sample].stamp.valid - from < params_.min_step) ++sample;
+  return sample;
 }
 
 /// The contacts that dynamics used for the result of that time: the first whose query began no earlier.
@@ -241,11 +228,11 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
 }
 
 void LocalPredictor::step(StepContext&) {
-  take_samples();
+  track_.take(device);
   while (used.connected() && used.pop(sets_[sets_taken_ % sets_.size()])) ++sets_taken_;
   const Stamped<BodyStates>* result = bodies.latest();
   const Stamped<CouplingParameters>* spring = coupling.latest();
-  if (result == nullptr || spring == nullptr || track_.size() == 0) return;
+  if (result == nullptr || spring == nullptr || track_.count() == 0) return;
   const RefusalReason refusal = take_result(*result, spring->value);
   if (refusal == RefusalReason::too_many) {
     refused_.count_too_many(start_.contacts.count, LocalContacts::capacity);
@@ -256,11 +243,9 @@ void LocalPredictor::step(StepContext&) {
 
 /// Sends the model of the result, brought on to the newest sample; or why not.
 RefusalReason LocalPredictor::take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring) {
-  // The handle as it was for the result, or the oldest that is known.
-  std::size_t age = 0;  // also the number of later samples
-  while (age < track_.size() && track_[age].stamp.valid > result.stamp.valid) ++age;
+  const std::size_t later = track_.after(result.stamp.valid);
   start_.time = result.stamp.valid;
-  start_.device = track_[std::min(age, track_.size() - 1)].value;
+  start_.device = track_.before(later);
   start_.bodies = result.value;
   start_.p_WT_result = result.value.X_WB[0].p;
   start_.coupling = spring;
@@ -278,15 +263,15 @@ RefusalReason LocalPredictor::take_result(const Stamped<BodyStates>& result, con
   fit_contacts(result);
   rollout_.restart(start_);
   if (params_.resimulate) {
-    while (age > 0) {
-      age = next_age(age);
+    for (std::size_t k = later; k < track_.count(); ++k) {
+      k = next_step(k);
       // What goes on from a step that failed is nobody's truth; the display goes on with the model before.
-      if (!rollout_.advance(track_[age])) return RefusalReason::unsolved;
+      if (!rollout_.advance(track_[k])) return RefusalReason::unsolved;
       ++resimulated_;
     }
   } else {
-    start_.time = track_[0].stamp.valid;
-    start_.device = track_[0].value;
+    start_.time = track_.newest().stamp.valid;
+    start_.device = track_.newest().value;
   }
   if (!send(result.stamp.valid)) return RefusalReason::incomplete;
   ++results_;

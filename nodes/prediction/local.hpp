@@ -6,12 +6,11 @@
 #include "framework/core/messages.hpp"
 #include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
-#include "framework/node/new_messages.hpp"
 #include "nodes/physics/contact/patch_contacts.hpp"
 #include "nodes/physics/mechanics/contact_fit.hpp"
+#include "nodes/physics/mechanics/handle_track.hpp"
 #include "nodes/physics/mechanics/local_model.hpp"
 #include "nodes/physics/mechanics/local_rollout.hpp"
-#include "nodes/prediction/sample_window.hpp"
 
 namespace tactor {
 
@@ -49,12 +48,11 @@ class LocalPredictor final : public Node, public Refusing {
 
  private:
   static void declare_metrics(Declare<LocalPredictor>& node);
-  void take_samples();
   void take_contacts();
   [[nodiscard]] bool take_patch(Time result);
   bool send(Time result);
   [[nodiscard]] RefusalReason take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring);
-  [[nodiscard]] std::size_t next_age(std::size_t age) const;
+  [[nodiscard]] std::size_t next_step(std::size_t sample) const;
   [[nodiscard]] const ContactSet* contacts_of(Time result) const;
   void fit_contacts(const Stamped<BodyStates>& result);
 
@@ -66,11 +64,9 @@ class LocalPredictor final : public Node, public Refusing {
   std::array<Stamped<ContactSet>, 8> sets_;  // that dynamics may have used, in a ring
   std::size_t sets_taken_ = 0;
   LocalModel start_;
-  NewMessages<DeviceState> new_states_;
-  SampleWindow<Stamped<DeviceState>> track_{2048};
+  HandleTrack<2048> track_;
   Refusals refused_{"results", "contacts"};
-  std::int64_t results_ = 0, resimulated_ = 0, rejected_samples_ = 0;
-  std::int64_t left_out_of_fit_ = 0;
+  std::int64_t results_ = 0, resimulated_ = 0, left_out_of_fit_ = 0;
 };
 
 }  // namespace tactor

@@ -1,6 +1,7 @@
 // The newest samples of the handle, as nodes keep them that step through each.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "framework/core/messages.hpp"
@@ -9,23 +10,14 @@
 
 namespace tactor {
 
-/// The last `Capacity` usable samples of the handle, with normalised rotations, in the order of their times. Those that
-/// are not finite, or no later than the one before, are left out and counted.
+/// The last `Capacity` samples of the handle that HandleGate admits.
 template <std::size_t Capacity>
 class HandleTrack {
  public:
-  static constexpr std::size_t capacity = Capacity;
-
   void take(Input<DeviceState>& device) {
     Stamped<DeviceState> s;
     while (new_states_.next(device, s)) {
-      const bool later = count_ == 0 || s.stamp.valid > newest().stamp.valid;
-      if (later && is_usable(s.value)) {
-        s.value.X_WD.R = normalized(s.value.X_WD.R);
-        samples_[count_++ % Capacity] = s;
-      } else {
-        ++rejected_;
-      }
+      if (gate_.admit(s)) samples_[count_++ % Capacity] = s;
     }
   }
 
@@ -35,7 +27,15 @@ class HandleTrack {
   /// Sample number k of those taken, first() <= k < count().
   [[nodiscard]] const Stamped<DeviceState>& operator[](std::size_t k) const { return samples_[k % Capacity]; }
   [[nodiscard]] const Stamped<DeviceState>& newest() const { return (*this)[count_ - 1]; }
-  [[nodiscard]] std::int64_t rejected() const { return rejected_; }
+  /// Number of the first known sample later than t; count() where there is none.
+  [[nodiscard]] std::size_t after(Time t) const {
+    std::size_t k = count_;
+    while (k > first() && (*this)[k - 1].stamp.valid > t) --k;
+    return k;
+  }
+  /// The handle one sample before number k, or at the oldest that is known; needs count() > 0.
+  [[nodiscard]] const DeviceState& before(std::size_t k) const { return (*this)[std::max(k, first() + 1) - 1].value; }
+  [[nodiscard]] std::uint64_t rejected() const { return gate_.refusals().refused(); }
 
   /// m/s^2 and rad/s^2, of the handle over the last five samples; zero where there are fewer.
   [[nodiscard]] Twist acceleration() const {
@@ -49,9 +49,9 @@ class HandleTrack {
 
  private:
   NewMessages<DeviceState> new_states_;
+  HandleGate gate_;
   std::array<Stamped<DeviceState>, Capacity> samples_;
   std::size_t count_ = 0;
-  std::int64_t rejected_ = 0;
 };
 
 }  // namespace tactor
