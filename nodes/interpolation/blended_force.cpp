@@ -97,4 +97,14 @@ const ForceSegment& BlendedForce::go_on(Time now, const ForceState& aim, const F
   return shown_;
 }
 
+void BlendedForce::count_correction() {
+  ++corrections_;
+  const Vec3& jump = difference_.value.force;
+  correction_sum_ += dot(jump, jump);
+}
+
+double BlendedForce::correction_rms() const {
+  return corrections_ > 0 ? std::sqrt(correction_sum_ / static_cast<double>(corrections_)) : 0.0;
+}
+
 }  // namespace tactor

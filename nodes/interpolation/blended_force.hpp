@@ -61,8 +61,10 @@ class BlendedForce {
   /// The segment of the tick that begins at `now`: towards `aim` now and `later` at the tick's end. `changed`: the aim
   /// is not the one before, carried on.
   const ForceSegment& go_on(Time now, const ForceState& aim, const ForceState& later, bool changed);
-  /// Of what is shown from what is aimed at, at the begin of the last tick.
-  [[nodiscard]] const ForceState& difference() const { return difference_; }
+  /// Counts the difference of what is shown from what is aimed at, at the begin of the last tick.
+  void count_correction();
+  /// N, RMS of the differences counted.
+  [[nodiscard]] double correction_rms() const;
 
  private:
   Duration tick_;
@@ -70,6 +72,8 @@ class BlendedForce {
   bool shown_any_ = false;
   ForceState difference_;
   ForceSegment shown_;
+  std::int64_t corrections_ = 0;
+  double correction_sum_ = 0;  // N^2
 };
 
 /// Where `aim` is one tick later if it keeps its rate, within the device's limits.
