@@ -1,6 +1,7 @@
 #include "nodes/interpolation/direct.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "nodes/interpolation/not_finite.hpp"
 #include "nodes/physics/mechanics/rollout_parameters.hpp"
@@ -56,78 +57,34 @@ NodeInfo Direct::declare() {
               &Direct::fallback_ticks_)
       .summed()
       .metric("direct.rejected_results", "1", "results and couplings that were not usable", Better::lower,
-              [](const Direct& self) { return self.refused_.refused(); })
+              [](const Direct& self) { return self.start_.refusals().refused(); })
       .metric("direct.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower,
               [](const Direct& self) { return self.track_.rejected(); })
       .metric("direct.work_mean", "1", "work of the contact query of a step, mean", Better::lower,
-              [](const Direct& self) {
-                return self.steps_ > 0 ? static_cast<double>(self.work_) / static_cast<double>(self.steps_) : 0.0;
-              })
-      .metric("direct.work_most", "1", "work of the contact query of a step, most", Better::lower, &Direct::most_work_)
+              [](const Direct& self) { return self.scene_.work_mean(); })
+      .metric("direct.work_most", "1", "work of the contact query of a step, most", Better::lower,
+              [](const Direct& self) { return self.scene_.work_most(); })
       .info();
 }
 
 Direct::Direct(const Params& params, const NodeContext& context)
     : torque_(context.torque),
       tick_(Duration::from_rate(params.rate)),
-      surface_(surface_contacts(params, context)),
-      rollout_(rollout_model("interpolation.direct", params, context), surface_.get()),
+      scene_{surface_contacts(params, context), nullptr, rollout_model("interpolation.direct", params, context)},
       carried_(tick_, torque_),
       blended_(tick_, params.blend_time) {
   refuse_deformable(*context.scene, "interpolation.direct steps", "--over local");
 }
 
-void Direct::take_coupling() {
-  const Stamped<CouplingParameters>* newest = coupling.latest();
-  if (newest == nullptr || coupling_used_ == newest->stamp.sequence) return;
-  coupling_used_ = newest->stamp.sequence;
-  const CouplingParameters before = start_.coupling;
-  start_.coupling = newest->value;
-  if (start_.bodies.massless != 0) start_.coupling.massless = 1;
-  // Before the first result there is nothing to learn for.
-  if (!begun_from_ || rollout_.learn(start_)) return;
-  refused_.count(rollout_.refusal(start_));
-  start_.coupling = before;
-}
-
 /// Puts the bodies where the newest result has them, if that is a new one.
 void Direct::begin(Time now) {
   const Stamped<BodyStates>* result = bodies.latest();
-  if (result == nullptr || !coupling_used_ || track_.count() == 0 || result->stamp.valid > now) return;
-  const std::uint64_t sequence = result->stamp.sequence;
-  if (begun_from_ == sequence || rejected_ == sequence) return;
-  // Samples later than the result are still to be gone through; the handle then, or the oldest that is known.
-  std::size_t next = track_.count();
-  while (next > track_.first() && track_[next - 1].stamp.valid > result->stamp.valid) --next;
-  LocalModel& start = start_;
-  const BodyStates before = start.bodies;
-  const std::int32_t massless = start.coupling.massless;
-  start.time = result->stamp.valid;
-  start.device = track_[next > track_.first() ? next - 1 : next].value;
-  start.bodies = result->value;
-  start.p_WT_result = result->value.X_WB[0].p;
-  if (result->value.massless != 0) start.coupling.massless = 1;
-  const RefusalReason refusal = rollout_.refusal(start);
-  refused_.count(refusal);
-  if (!rollout_.restart(start)) {
-    start.bodies = before;
-    start.coupling.massless = massless;
-    rejected_ = sequence;
-    return;
-  }
-  begun_from_ = sequence;
-  advanced_ = next;
+  if (result == nullptr || track_.count() == 0 || result->stamp.valid > now || !start_.is_new(*result)) return;
+  // Samples later than the result are still to be gone through.
+  const std::size_t later = track_.after(result->stamp.valid);
+  if (!start_.begin(*result, track_.before(later), scene_.rollout())) return;
+  advanced_ = later;
   stepping_ = catching_up_ = true;
-}
-
-/// One step; false where it does not fit.
-bool Direct::advance(const Stamped<DeviceState>& sample) {
-  const bool converged = rollout_.advance(sample);
-  const int work = surface_->work();
-  ++steps_;
-  work_ += work;
-  most_work_ = std::max<std::int64_t>(most_work_, work);
-  return converged && rollout_.on_surface();
 }
 
 void Direct::fall_back() {
@@ -143,7 +100,8 @@ void Direct::go_on() {
   // From a result on each sample counts; where samples came late, a tick goes through all of them in longer steps.
   const std::size_t way = catching_up_ ? steps : due;
   for (std::size_t k = 1; k <= steps; ++k) {
-    if (!advance(track_[advanced_ + way * k / steps - 1])) return fall_back();
+    const bool converged = scene_.advance(track_[advanced_ + way * k / steps - 1]);
+    if (!converged || !scene_.rollout().on_surface()) return fall_back();
   }
   advanced_ += way;
   // A result itself is not shown: its force is of a sample that has been.
@@ -152,17 +110,17 @@ void Direct::go_on() {
 
 /// False where the force is not finite.
 bool Direct::aim_at_bodies(Time now) {
-  ForceState aim = carried_.at(now, rollout_, track_.acceleration());
+  const LocalRollout& rollout = scene_.rollout();
+  ForceState aim = carried_.at(now, rollout, track_.acceleration());
   if (!is_finite(aim.value) || !is_finite(aim.rate)) return false;
   // A sample that is finite and yet absurd would else be blended out for long.
-  const CouplingParameters& spring = rollout_.model().coupling;
+  const CouplingParameters& spring = rollout.model().coupling;
   aim.rate = limited(aim.rate, spring, 1 / tick_.seconds());
-  changed_ = !of_bodies_;
-  of_bodies_ = true;
-  aim_ = aim;
-  later_ = one_tick_later(aim, tick_, spring);
-  valid_ = rollout_.model().time;
-  trust_time_ = {};
+  aim_ = {.now = aim,
+          .later = one_tick_later(aim, tick_, spring),
+          .valid = rollout.model().time,
+          .changed = !aim_.of_bodies,
+          .of_bodies = true};
   return true;
 }
 
@@ -171,32 +129,30 @@ bool Direct::aim_at_otherwise(Time now) {
   const Stamped<ForceSegment>* newest = otherwise.latest();
   if (newest == nullptr) {
     // Whatever was shown last stays.
-    changed_ = of_bodies_;
-    of_bodies_ = false;
-    aim_ = later_ = {aim_.value, {}, {}};
+    aim_.changed = std::exchange(aim_.of_bodies, false);
+    aim_.now = aim_.later = {aim_.now.value, {}, {}};
     return ticks_ > 0;
   }
-  changed_ = of_bodies_ || newest->stamp.sequence != otherwise_shown_;
-  of_bodies_ = false;
-  otherwise_shown_ = newest->stamp.sequence;
+  const std::uint64_t before = std::exchange(otherwise_shown_, newest->stamp.sequence);
   const auto state_at = [&](Time t) {
     ForceState state = displayed(newest->value, t);
-    if (coupling_used_) state.value = limited(state.value, start_.coupling);
+    if (start_.coupling() != nullptr) state.value = limited(state.value, *start_.coupling());
     if (!torque_) state.value.torque = state.rate.torque = {};
     state.curvature = {};
     return state;
   };
-  aim_ = state_at(now);
-  later_ = state_at(now + tick_);
-  valid_ = newest->stamp.valid;
-  trust_time_ = newest->value.trust_time;
+  aim_ = {.now = state_at(now),
+          .later = state_at(now + tick_),
+          .valid = newest->stamp.valid,
+          .trust_time = newest->value.trust_time,
+          .changed = aim_.of_bodies || newest->stamp.sequence != before};
   return true;
 }
 
 void Direct::step(StepContext& context) {
   const Time now = context.now();
   track_.take(device);
-  take_coupling();
+  if (coupling.latest() != nullptr) start_.take(*coupling.latest(), scene_.rollout());
   if (!stepping_) begin(now);
   if (stepping_) go_on();
   const bool steps = is_up_to_date() && aim_at_bodies(now);
@@ -208,15 +164,16 @@ void Direct::step(StepContext& context) {
   } else if (counts_) {
     ++fallback_ticks_;
   }
-  if (const auto fault = segment_if_not_finite(now, {aim_.value, aim_.rate, later_.value, later_.rate})) {
+  if (const auto fault =
+          segment_if_not_finite(now, {aim_.now.value, aim_.now.rate, aim_.later.value, aim_.later.rate})) {
     // The next aim that is finite is a change.
     otherwise_shown_ = std::numeric_limits<std::uint64_t>::max();
-    aim_ = later_ = {};
-    return segment.send(valid_, *fault);
+    aim_.now = aim_.later = {};
+    return segment.send(aim_.valid, *fault);
   }
-  ForceSegment shown = blended_.go_on(now, aim_, later_, changed_);
-  shown.trust_time = trust_time_;
-  segment.send(valid_, shown);
+  ForceSegment shown = blended_.go_on(now, aim_.now, aim_.later, aim_.changed);
+  shown.trust_time = aim_.trust_time;
+  segment.send(aim_.valid, shown);
 }
 
 }  // namespace tactor

@@ -2,17 +2,15 @@
 #pragma once
 
 #include <limits>
-#include <memory>
-#include <optional>
 
 #include "framework/core/messages.hpp"
 #include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
 #include "nodes/interpolation/blended_force.hpp"
+#include "nodes/interpolation/scene_start.hpp"
+#include "nodes/interpolation/stepped_scene.hpp"
 #include "nodes/physics/contact/surface_contacts.hpp"
 #include "nodes/physics/mechanics/handle_track.hpp"
-#include "nodes/physics/mechanics/local_model.hpp"
-#include "nodes/physics/mechanics/local_rollout.hpp"
 
 namespace tactor {
 
@@ -39,7 +37,7 @@ class Direct final : public Node, public Refusing {
   Direct(const Params& params, const NodeContext& context);
   static NodeInfo declare();
   void step(StepContext& context) override;
-  [[nodiscard]] const Refusals& refusals() const override { return refused_; }
+  [[nodiscard]] const Refusals& refusals() const override { return start_.refusals(); }
 
   Input<DeviceState> device;
   Input<CouplingParameters> coupling;
@@ -48,10 +46,16 @@ class Direct final : public Node, public Refusing {
   Output<ForceSegment> segment;
 
  private:
-  void take_coupling();
+  struct Aim {
+    ForceState now, later;  // `later` is a tick later
+    Time valid;
+    Duration trust_time;     // of the segment that is displayed where a step does not fit
+    bool changed = false;    // it is not the one before, carried on
+    bool of_bodies = false;  // it is the coupling's wrench
+  };
+
   void begin(Time now);
   void go_on();
-  bool advance(const Stamped<DeviceState>& sample);
   void fall_back();
   /// The bodies have been through all samples, and stepped to the newest.
   [[nodiscard]] bool is_up_to_date() const { return stepping_ && !catching_up_; }
@@ -60,28 +64,18 @@ class Direct final : public Node, public Refusing {
 
   bool torque_;
   Duration tick_;
-  std::unique_ptr<ContactSource> surface_;
-  LocalRollout rollout_;
+  SteppedScene scene_;
   CarriedForce carried_;
   BlendedForce blended_;
   HandleTrack<256> track_;
   std::size_t advanced_ = 0;  // samples that the bodies have been through
-  LocalModel start_;          // the newest result that was begun from, with the newest coupling
-  std::optional<std::uint64_t> coupling_used_, begun_from_, rejected_;  // sequence numbers
+  SceneStart start_;
   bool stepping_ = false;
   bool catching_up_ = false;  // since it began from a result
   bool counts_ = false;       // a step has been shown, or has not fitted
-
-  ForceState aim_, later_;  // now, and a tick later
-  Time valid_;              // of the aim
-  Duration trust_time_;     // of the segment that is displayed where a step does not fit
-  bool changed_ = false;    // the aim is not the one before, carried on
-  bool of_bodies_ = false;  // the aim is the coupling's wrench
+  Aim aim_;
   std::uint64_t otherwise_shown_ = std::numeric_limits<std::uint64_t>::max();
-
   std::int64_t ticks_ = 0, fallback_ticks_ = 0;
-  Refusals refused_{"results"};
-  std::int64_t steps_ = 0, work_ = 0, most_work_ = 0;
 };
 
 }  // namespace tactor
