@@ -25,8 +25,7 @@ namespace tactor {
 ///
 /// The force displayed if the rollout cannot be trusted, in this order, each counted:
 ///   1. the Jacobian, if a step failed and the result is trusted: the last force and its change with the handle's
-///      place,
-///      up to `trust_distance` away, as long as it does not pull;
+///      place, up to `trust_distance` away, as long as it does not pull;
 ///   2. the forecast of `forecast` for now, if the tool last touched something;
 ///   3. the force of the newest model or of the last trusted tick, whichever is newer, held.
 /// A model is trusted if its result is younger than `trust_time`, or than three times the longest recent interval

@@ -10,6 +10,7 @@
 
 namespace tactor {
 
+/// When a rollout is trusted, as interpolation.rollout declares it.
 struct TrustOptions {
   Duration trust_time;
   Duration trust_time_max;
@@ -17,7 +18,7 @@ struct TrustOptions {
   double disagreement = 0;    ///< m
   Duration patience;
   Duration estimate_time;
-  double worse = 0;
+  double worse = 0;  ///< ratio of errors
 };
 
 /// Compares each result with where the rollout was and which forces could have been displayed at its stamp. From that
