@@ -10,12 +10,12 @@
 #include <memory>
 #include <optional>
 
-#include "app/run/cpu_time.hpp"
 #include "app/run/experiment.hpp"
 #include "app/run/live.hpp"
 #include "app/run/record.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
+#include "framework/core/clock.hpp"
 #include "framework/graph/plan_metrics.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/record/recorder.hpp"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 
-#include "framework/engine/virtual_engine.hpp"
+#include "framework/core/clock.hpp"
 #include "framework/session/session.hpp"
 
 namespace tactor {
@@ -14,8 +14,8 @@ namespace {
 std::uint32_t clock_cost_ns() {
   std::int64_t least = INT64_MAX;
   for (int i = 0; i < 1000; ++i) {
-    const std::int64_t begin = thread_cpu_ns();
-    least = std::min(least, thread_cpu_ns() - begin);
+    const Duration begin = clock_time(CLOCK_THREAD_CPUTIME_ID);
+    least = std::min(least, (clock_time(CLOCK_THREAD_CPUTIME_ID) - begin).ns);
   }
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(least, 0, 10000));
 }

@@ -9,9 +9,9 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
-#include "app/run/cpu_time.hpp"
 #include "app/run/summary.hpp"
 #include "app/statistics.hpp"
+#include "framework/core/clock.hpp"
 
 namespace tactor {
 

@@ -1,9 +1,9 @@
 #include "framework/engine/virtual_engine.hpp"
 
 #include <algorithm>
-#include <ctime>
 #include <utility>
 
+#include "framework/core/clock.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
 namespace tactor {
@@ -26,12 +26,6 @@ bool has_requests(const Plan& plan) {
 }
 
 }  // namespace
-
-std::int64_t thread_cpu_ns() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
-}
 
 VirtualEngine::VirtualEngine(const Plan& plan, const EngineOptions& options)
     : VirtualEngine(plan, options, costs_of(plan), {}, nullptr) {}
@@ -110,10 +104,10 @@ void VirtualEngine::advance_to(Time t) {
 
 void VirtualEngine::step(const Dispatcher::StepRequest& request) {
   StepContext context(request.now, request.phase);
-  const std::int64_t cpu_begin = options_.measure_cpu ? thread_cpu_ns() : 0;
+  const Duration cpu_begin = options_.measure_cpu ? clock_time(CLOCK_THREAD_CPUTIME_ID) : Duration{};
   nodes_.step(request.node, context);
   if (options_.measure_cpu) {
-    const Duration taken{thread_cpu_ns() - cpu_begin};
+    const Duration taken = clock_time(CLOCK_THREAD_CPUTIME_ID) - cpu_begin;
     node_statistics_[request.node].add_cpu(taken);
     if (options_.keeps_step_times) step_times_[request.node].push_back(taken);
   }
@@ -155,7 +149,7 @@ NodeStatistics VirtualEngine::node_statistics(std::size_t node) const {
 }
 
 Duration VirtualEngine::cpu_time() const {
-  return Duration{thread_cpu_ns()};
+  return clock_time(CLOCK_THREAD_CPUTIME_ID);
 }
 
 }  // namespace tactor

@@ -77,7 +77,4 @@ class VirtualEngine : public Engine {
   std::atomic<bool> stopped_ = false;  // by any thread
 };
 
-/// The CPU time of the calling thread in ns.
-std::int64_t thread_cpu_ns();
-
 }  // namespace tactor

@@ -7,6 +7,7 @@
 #include <ctime>
 
 #include "framework/core/check.hpp"
+#include "framework/core/clock.hpp"
 #include "framework/core/time.hpp"
 
 namespace tactor {
@@ -30,11 +31,7 @@ constexpr Duration operator-(Instant a, Instant b) {
 
 /// CLOCK_MONOTONIC, which std::chrono::steady_clock reads too.
 struct MonotonicClock {
-  [[nodiscard]] static Instant now() noexcept {
-    timespec t{};
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return {t.tv_sec * 1'000'000'000 + t.tv_nsec};
-  }
+  [[nodiscard]] static Instant now() noexcept { return {clock_time(CLOCK_MONOTONIC).ns}; }
   /// Returns at `t` or after it; at once where `t` has passed.
   static void sleep_until(Instant t) noexcept {
     // The system would set a timer all the same, which in a virtual machine takes some 25 us.

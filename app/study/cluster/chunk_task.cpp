@@ -12,12 +12,12 @@
 
 #include "app/interruption.hpp"
 #include "app/output.hpp"
-#include "app/run/cpu_time.hpp"
 #include "app/run/references.hpp"
 #include "app/study/cluster/shard.hpp"
 #include "app/study/run/job_fields.hpp"
 #include "app/study/run/study_worker.hpp"
 #include "app/study/run/worker_pool.hpp"
+#include "framework/core/clock.hpp"
 #include "framework/core/temporary_folder.hpp"
 #include "framework/node/registry.hpp"
 

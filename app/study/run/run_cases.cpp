@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "app/output.hpp"
-#include "app/run/cpu_time.hpp"
 #include "app/study/run/planned_cases.hpp"
 #include "app/study/run/study_worker.hpp"
 #include "app/study/run/worker_pool.hpp"
+#include "framework/core/clock.hpp"
 
 namespace tactor {
 

@@ -9,13 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "app/run/cpu_time.hpp"
 #include "app/run/ran_on.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
 #include "app/run/timing.hpp"
 #include "app/run/warm_up.hpp"
 #include "app/statistics.hpp"
+#include "framework/core/clock.hpp"
 #include "framework/core/disk_cache.hpp"
 #include "framework/core/processor_dependence.hpp"
 #include "framework/engine/reference.hpp"

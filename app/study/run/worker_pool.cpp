@@ -19,8 +19,8 @@
 #include <string_view>
 #include <vector>
 
-#include "app/run/cpu_time.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/clock.hpp"
 #include "framework/realtime/make_thread.hpp"
 
 namespace tactor {

@@ -7,7 +7,7 @@
 #include <mutex>
 #include <utility>
 
-#include "framework/engine/virtual_engine.hpp"
+#include "framework/core/clock.hpp"
 #include "framework/realtime/make_thread.hpp"
 #include "framework/realtime/thread_policy.hpp"
 
@@ -212,14 +212,14 @@ void LiveEngine::step(std::size_t node) {
   }
   StepContext context(request.now, request.phase);
   std::string error;
-  const std::int64_t cpu = measured ? thread_cpu_ns() : 0;
+  const Duration cpu = measured ? clock_time(CLOCK_THREAD_CPUTIME_ID) : Duration{};
   try {
     for (const auto& params : tuned) nodes_.set(node, params.get());
     nodes_.step(node, context);
   } catch (const std::exception& e) {
     error = e.what();
   }
-  const Duration cpu_time{measured ? thread_cpu_ns() - cpu : 0};
+  const Duration cpu_time = measured ? clock_time(CLOCK_THREAD_CPUTIME_ID) - cpu : Duration{};
 
   const std::scoped_lock lock(mutex_);
   // A step that comes back when the run has given it up finds its metrics taken.

@@ -1,11 +1,11 @@
 // Watching a live run: its progress, steps that do not come back, and the way to its end.
 #include <algorithm>
 #include <caf/send.hpp>
-#include <ctime>
 #include <exception>
 #include <mutex>
 #include <utility>
 
+#include "framework/core/clock.hpp"
 #include "framework/engine/live/live_engine.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/realtime/allocation_watch.hpp"
@@ -50,9 +50,7 @@ std::optional<std::string> LiveEngine::failure() const {
 }
 
 Duration LiveEngine::cpu_time() const {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return Duration{std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec};
+  return clock_time(CLOCK_PROCESS_CPUTIME_ID);
 }
 
 bool LiveEngine::attend(const Attendance& attendance) {
