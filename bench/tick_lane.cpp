@@ -1,8 +1,10 @@
 #include "bench/tick_lane.hpp"
 
 #include <map>
+#include <numeric>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "devices/simulated/simulated.hpp"
 #include "framework/engine/live/realtime_lane.hpp"
@@ -64,7 +66,9 @@ void run_lane(double rate, Duration duration, const ThreadSettings& settings, La
   for (const OutputInfo& output : device.info.outputs) {
     output.access(nodes[0]).set_wanted(output.name == "state" || output.name == "commanded" || output.name == "safety");
   }
-  RealtimeLane lane(nodes, 0, settings);
+  std::vector<std::size_t> edges(device.plan.edges.size());
+  std::iota(edges.begin(), edges.end(), 0U);
+  RealtimeLane lane(nodes, 0, edges, settings);
   lane.set_phase(Phase::running);
 
   const Instant origin = MonotonicClock::now() + Duration{10'000'000};

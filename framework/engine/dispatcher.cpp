@@ -130,12 +130,17 @@ void Dispatcher::find_awaited() {
   }
 }
 
-std::vector<std::string> Dispatcher::waiting_for() const {
-  std::vector<std::string> names;
+EngineStatus Dispatcher::status() const {
+  EngineStatus status;
+  status.now = now_;
+  status.phase = phase_;
   for (std::size_t n = 0; n < states_.size(); ++n) {
-    if (states_[n].awaited) names.push_back(plan_.nodes[n].name);
+    const NodeState& node = states_[n];
+    if (phase_ == Phase::starting && node.awaited) status.waiting_for.push_back(plan_.nodes[n].name);
+    status.nodes.push_back({node.steps, node.missed_ticks, false});
   }
-  return names;
+  for (std::size_t e = 0; e < edges_.size(); ++e) status.edges.push_back({edge_statistics(e), {}});
+  return status;
 }
 
 EdgeStatistics Dispatcher::edge_statistics(std::size_t index) const {

@@ -10,9 +10,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "framework/engine/engine_status.hpp"
 #include "framework/engine/held_messages.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/engine/run_events.hpp"
@@ -65,8 +65,8 @@ class Dispatcher {
 
   [[nodiscard]] Time now() const { return now_; }
   [[nodiscard]] Phase phase() const { return phase_; }
-  /// The names of the nodes that keep the run from leaving Phase::starting.
-  [[nodiscard]] std::vector<std::string> waiting_for() const;
+  /// The state of the run, without what only a live engine knows.
+  [[nodiscard]] EngineStatus status() const;
   /// Devices ramp down from now on, and sinks get nothing more.
   void stop(bool failed = false);
 
@@ -105,7 +105,7 @@ class Dispatcher {
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;
   /// When the newest message that the reader of the edge sees became visible; none before the first.
   [[nodiscard]] std::optional<Time> newest_produced(std::size_t edge) const { return edges_[edge].newest_produced; }
-  /// The edges that end at a node.
+  /// The edges that end at a node, in the order of the plan.
   [[nodiscard]] const std::vector<std::size_t>& edges_into(std::size_t node) const { return states_[node].edges_in; }
 
  private:

@@ -11,19 +11,16 @@ namespace tactor {
 /// The meaning of a tick, live and when it is made again. In it nothing allocates, locks, logs or waits.
 class LaneTick {
  public:
-  /// `nodes` must outlive it.
-  LaneTick(PlanNodes& nodes, std::size_t node) : nodes_(nodes), node_(node) {
+  /// `edges`: Dispatcher::edges_into the node. All arguments must outlive it.
+  LaneTick(PlanNodes& nodes, std::size_t node, const std::vector<std::size_t>& edges)
+      : nodes_(nodes), node_(node), edges_(edges) {
     const Plan& plan = nodes.plan();
     const NodeInfo& info = *plan.nodes[node].info;
-    for (std::size_t e = 0; e < plan.edges.size(); ++e) {
-      if (plan.edges[e].to != node) continue;
-      edges_.push_back(e);
-      inputs_.push_back(&info.inputs[plan.edges[e].input].access(nodes[node]));
-    }
+    for (const std::size_t e : edges) inputs_.push_back(&info.inputs[plan.edges[e].input].access(nodes[node]));
     for (const OutputInfo& output : info.outputs) outputs_.push_back(&output.access(nodes[node]));
   }
 
-  /// The edges into the node, in the order of the plan.
+  /// The edges into the node.
   [[nodiscard]] const std::vector<std::size_t>& edges() const { return edges_; }
   /// The input at which each of them ends.
   [[nodiscard]] const std::vector<InputBase*>& inputs() const { return inputs_; }
@@ -46,7 +43,7 @@ class LaneTick {
  private:
   PlanNodes& nodes_;
   const std::size_t node_;
-  std::vector<std::size_t> edges_;
+  const std::vector<std::size_t>& edges_;
   std::vector<InputBase*> inputs_;
   std::vector<OutputBase*> outputs_;
 };

@@ -36,7 +36,7 @@ ReplayEngine::ReplayEngine(const Plan& plan, const RunLog& log, const EngineOpti
       tuned_(plan.nodes.size(), 0) {
   using Kind = Event::Kind;
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    if (plan.nodes[n].scheduling.lane == Lane::realtime) lanes_[n].emplace(nodes(), n);
+    if (plan.nodes[n].scheduling.lane == Lane::realtime) lanes_[n].emplace(nodes(), n, dispatcher().edges_into(n));
   }
   for (const PlannedEdge& edge : plan.edges) {
     held_.emplace_back(*plan.nodes[edge.to].info->inputs[edge.input].type);

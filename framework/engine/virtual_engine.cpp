@@ -129,18 +129,6 @@ void VirtualEngine::finish(const Attendance& attendance) {
   attendance.read();
 }
 
-EngineStatus VirtualEngine::status() {
-  EngineStatus status;
-  status.now = now();
-  status.phase = dispatcher_.phase();
-  if (status.phase == Phase::starting) status.waiting_for = dispatcher_.waiting_for();
-  for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    status.nodes.push_back({dispatcher_.steps(n), dispatcher_.missed_ticks(n), false});
-  }
-  for (std::size_t e = 0; e < plan_.edges.size(); ++e) status.edges.push_back({dispatcher_.edge_statistics(e), {}});
-  return status;
-}
-
 NodeStatistics VirtualEngine::node_statistics(std::size_t node) const {
   NodeStatistics statistics = node_statistics_[node];
   statistics.steps = dispatcher_.steps(node);

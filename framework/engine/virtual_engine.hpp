@@ -42,7 +42,7 @@ class VirtualEngine : public Engine {
   void finish(const Attendance& attendance) override;
   [[nodiscard]] std::optional<std::string> failure() const override { return failure_; }
   [[nodiscard]] PlanNodes& nodes() override { return nodes_; }
-  [[nodiscard]] EngineStatus status() override;
+  [[nodiscard]] EngineStatus status() override { return dispatcher_.status(); }
   [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const override;
   [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const override { return step_times_[node]; }
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const override {

@@ -96,7 +96,8 @@ void LiveEngine::make_lanes() {
   ExternalInputs* const lanes = this;
   dispatcher_ = std::make_unique<Dispatcher>(nodes_, external, lanes);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    if (lanes_.realtime[n]) loops_[n] = std::make_unique<RealtimeLane>(nodes_, n, *lanes_.realtime[n]);
+    if (!lanes_.realtime[n]) continue;
+    loops_[n] = std::make_unique<RealtimeLane>(nodes_, n, dispatcher_->edges_into(n), *lanes_.realtime[n]);
   }
 }
 

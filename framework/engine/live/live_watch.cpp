@@ -125,13 +125,12 @@ void LiveEngine::look_for_failure(std::size_t node) {
 }
 
 EngineStatus LiveEngine::counters() const {
-  EngineStatus s;
-  s.now = clock();
-  s.phase = dispatcher_->phase();
-  if (s.phase == Phase::starting) s.waiting_for = dispatcher_->waiting_for();
+  const Time now = clock();
+  EngineStatus s = dispatcher_->status();
+  s.now = now;
   s.missing = missing_;
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    s.nodes.push_back({dispatcher_->steps(n), dispatcher_->missed_ticks(n), stalls_.stalled(n)});
+    s.nodes[n].stalled = stalls_.stalled(n);
     if (!loops_[n]) continue;
     const LoopStatistics& metrics = loops_[n]->loop().metrics();
     DeviceStatus device;
@@ -142,12 +141,9 @@ EngineStatus LiveEngine::counters() const {
     if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(metrics.heap_calls.value());
     device.page_faults = static_cast<std::uint64_t>(metrics.page_faults.value());
     device.dropped = loops_[n]->dropped_out();
-    s.nodes.back().steps = device.ticks;
-    s.nodes.back().missed_ticks = device.missed;
+    s.nodes[n].steps = device.ticks;
+    s.nodes[n].missed_ticks = device.missed;
     s.devices.push_back(device);
-  }
-  for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
-    s.edges.push_back({dispatcher_->edge_statistics(e), {}});
   }
   return s;
 }

@@ -33,11 +33,12 @@ double rate_of(const NodeSpec& spec) {
 
 }  // namespace
 
-RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSettings& settings)
+RealtimeLane::RealtimeLane(PlanNodes& nodes, std::size_t node, const std::vector<std::size_t>& edges,
+                           const ThreadSettings& settings)
     : nodes_(nodes),
       node_(node),
       schedule_(rate_of(nodes.plan().nodes[node])),
-      tick_(nodes, node),
+      tick_(nodes, node, edges),
       tuned_(most_tunings, sizeof(const void*)),
       sent_payloads_(most_sent, largest_payload(*nodes.plan().nodes[node].info)),
       end_to_end_(std::make_unique<LatencyHistogram>()),

@@ -30,8 +30,9 @@ class RealtimeLane {
     const std::byte* payload = nullptr;
   };
 
-  /// `nodes` and its plan must outlive the lane. `settings` are of its thread.
-  RealtimeLane(PlanNodes& nodes, std::size_t node, const ThreadSettings& settings);
+  /// `nodes`, its plan and `edges`, those into the node, must outlive the lane. `settings` are of its thread.
+  RealtimeLane(PlanNodes& nodes, std::size_t node, const std::vector<std::size_t>& edges,
+               const ThreadSettings& settings);
 
   /// From the engine, one thread at a time: a message for the input at which `edge` ends.
   void put(std::size_t edge, const Stamp& stamp, const void* payload);
