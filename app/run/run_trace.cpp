@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cstring>
 
+#include "framework/session/typed_output.hpp"
+
 namespace tactor {
 
 namespace {
@@ -16,31 +18,22 @@ T message_as(const MessageView& message) {
   return value;
 }
 
-/// An output of that type by that name.
 template <class T>
-const OutputInfo* output_of(const NodeSpec& node, std::string_view name) {
-  for (const OutputInfo& output : node.info->outputs) {
-    if (output.name == name && same_type(*output.type, message_type<T>())) return &output;
-  }
-  return nullptr;
-}
-
-template <class T>
-std::unique_ptr<Session::OutputTap> tap_of(Session& session, const NodeSpec& node, std::string_view name) {
-  constexpr std::size_t longest = 4096;  // of the fastest device in a tenth of a second, with room
-  if (output_of<T>(node, name) == nullptr) return nullptr;
-  return session.tap(node.name + "." + std::string(name), {QueuePolicy::drop_oldest, longest});
+std::unique_ptr<Session::OutputTap> tap_of(Session& session, const NodeSpec& node, const std::string& name,
+                                           std::uint32_t longest) {
+  if (typed_output(*node.info, name, message_type<T>()) == nullptr) return nullptr;
+  return session.tap(node.name + "." + name, {QueuePolicy::drop_oldest, longest});
 }
 
 /// The node that tells where all moving bodies are, else where the tool is.
 std::unique_ptr<Session::OutputTap> tap_bodies(Session& session) {
-  constexpr Queue queue{QueuePolicy::drop_oldest, 256};
+  constexpr std::uint32_t longest = 256;
   const std::vector<NodeSpec>& nodes = session.plan().nodes;
   for (const NodeSpec& node : nodes) {
-    if (output_of<BodyStates>(node, "bodies") != nullptr) return session.tap(node.name + ".bodies", queue);
+    if (auto tap = tap_of<BodyStates>(session, node, "bodies", longest)) return tap;
   }
   for (const NodeSpec& node : nodes) {
-    if (output_of<PhysicsState>(node, "state") != nullptr) return session.tap(node.name + ".state", queue);
+    if (auto tap = tap_of<PhysicsState>(session, node, "state", longest)) return tap;
   }
   return nullptr;
 }
@@ -61,13 +54,14 @@ double open_part(const SafetyState& safety) {
 }  // namespace
 
 RunTracer::RunTracer(Session& session) : bodies_(tap_bodies(session)) {
+  constexpr std::uint32_t longest = 4096;  // of the fastest device in a tenth of a second, with room
   for (const NodeSpec& node : session.plan().nodes) {
     if (!node.info->actuator) continue;
     Device& device = devices_.emplace_back();
     device.name = node.name;
-    device.commanded = tap_of<Wrench>(session, node, "commanded");
-    device.state = tap_of<DeviceState>(session, node, "state");
-    device.safety = tap_of<SafetyState>(session, node, "safety");
+    device.commanded = tap_of<Wrench>(session, node, "commanded", longest);
+    device.state = tap_of<DeviceState>(session, node, "state", longest);
+    device.safety = tap_of<SafetyState>(session, node, "safety", longest);
   }
 }
 

@@ -7,6 +7,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/session/add_feed.hpp"
+#include "framework/session/typed_output.hpp"
 
 namespace tactor {
 
@@ -27,12 +28,6 @@ std::optional<std::string> output_into(const Plan& plan, std::size_t node, const
     return edge.spec.from_node + "." + edge.spec.from_port;
   }
   return std::nullopt;
-}
-
-/// The output that tells truly what `output` tells: `truth`, where it is of the same type.
-const OutputInfo& true_output(const NodeInfo& device, const OutputInfo& output) {
-  const OutputInfo* truth = device.output("truth");
-  return truth != nullptr && same_type(*truth->type, *output.type) ? *truth : output;
 }
 
 }  // namespace
@@ -66,7 +61,8 @@ FollowerPlan plan_follower(const Plan& tested, Registry& registry) {
         feeds.try_emplace(edge.from_node + "." + edge.from_port, edge.from_node + "_" + edge.from_port);
     if (fresh) {
       added.push_back(feed_node(feed->second, *output.type, registry));
-      follower.fed.push_back({edge.from_node + "." + true_output(*from.info, output).name, feed->second});
+      const OutputInfo* truth = typed_output(*from.info, "truth", *output.type);
+      follower.fed.push_back({edge.from_node + "." + (truth != nullptr ? *truth : output).name, feed->second});
     }
     edge.from_node = feed->second;
     edge.from_port = added.back().info->outputs.front().name;
