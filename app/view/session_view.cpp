@@ -5,12 +5,9 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
-#include <span>
 #include <utility>
 
 #include "app/output.hpp"
-#include "app/run/felt_text.hpp"
-#include "devices/mouse/cursor.hpp"
 #include "framework/core/check.hpp"
 #include "framework/realtime/make_thread.hpp"
 
@@ -20,7 +17,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Duration status_period{250'000'000};
 /// Between the engine's threads and those that give way to everybody: a page is to follow the hand.
 constexpr int server_niceness = 10;
 constexpr std::size_t most_requests = 256;
@@ -31,46 +27,11 @@ void begin_server_thread() {
   static_cast<void>(setpriority(PRIO_PROCESS, 0, server_niceness));
 }
 
-const char* word(Phase phase) {
-  switch (phase) {
-    case Phase::starting:
-      return "starting";
-    case Phase::running:
-      return "running";
-    case Phase::stopping:
-      return "stopping";
-  }
-  return "";
-}
-
 std::optional<std::size_t> node_index(const Plan& plan, const std::optional<std::string>& name) {
   for (std::size_t n = 0; name && n < plan.nodes.size(); ++n) {
     if (plan.nodes[n].name == *name) return n;
   }
   return std::nullopt;
-}
-
-json reference_object(const FollowerFigures& figures) {
-  json object = {{"behind", figures.behind.seconds()}};
-  if (figures.error.compared > 0) {
-    object["rms"] = figures.error.rms_N;
-    object["max"] = figures.error.max_N;
-  }
-  if (figures.felt) {
-    const FeltShare share{"force", figures.felt->beyond_weber};
-    object["felt"] = felt_text(std::span(&share, 1), figures.felt->vibration);
-  }
-  if (figures.error.delay) object["delay"] = figures.error.delay->seconds();
-  return object;
-}
-
-json device_object(const DeviceStatus& device) {
-  return {{"ticks", device.ticks},
-          {"missed", device.missed},
-          {"wakeup_p50", device.wake_latency.p50.seconds()},
-          {"wakeup_p99", device.wake_latency.p99.seconds()},
-          {"wakeup_max", device.wake_latency.max.seconds()},
-          {"page_faults", device.page_faults}};
 }
 
 bool has_stalled(Session& session) {
@@ -84,24 +45,16 @@ SessionView::SessionView(Session& session, Follower* follower, Options options)
     : session_(session),
       follower_(follower),
       options_(std::move(options)),
-      taps_(session, follower, experiment_of(session.plan()).has_value()) {
+      experiment_(experiment_of(session.plan())),
+      taps_(session, follower, experiment_.has_value()),
+      status_text_(session, follower, taps_, experiment_.has_value()) {
   const Plan& plan = session.plan();
   extras_.duration = plan.graph.duration.seconds();
   extras_.mouse = node_index(plan, options_.mouse);
   extras_.start = options_.start;
-  X_WC_ = options_.start;
-  experiment_ = experiment_of(plan);
   if (const auto methods = method_switch(plan)) method_parameter_ = methods->parameter;
-  if (extras_.mouse) {
-    cursor_ = session.feed(*options_.mouse + ".cursor");
-    const NodeSpec& mouse = plan.nodes[*extras_.mouse];
-    const ParamValue& timeout = mouse.params[mouse.info->param("heartbeat_timeout").value()];
-    hold_.emplace(Duration::from_seconds(std::get<double>(timeout)));
-  }
-  steps_.resize(plan.nodes.size());
-  delivered_.resize(plan.edges.size());
+  if (extras_.mouse) mouse_.emplace(session, plan.nodes[*extras_.mouse], options_.start);
   server_ = load_view_library().serve(*this, options_.ports);
-  url_ = server_->url();
   thread_ = make_thread("view", [this] {
     begin_server_thread();
     try {
@@ -124,10 +77,10 @@ std::optional<std::string> SessionView::failure() {
 }
 
 std::string SessionView::hello() {
-  HelloExtras extras = extras_;
+  HelloExtras extras;
   {
     const std::scoped_lock lock(mutex_);
-    extras.values = values_;
+    extras = extras_;
   }
   return hello_text(session_.plan(), taps_.streams(), extras);
 }
@@ -137,22 +90,11 @@ std::string SessionView::status() {
   return status_;
 }
 
-void SessionView::send_cursor(const Pose& X_WC, bool held) {
-  X_WC_ = X_WC;
-  Cursor cursor;
-  cursor.X_WC = X_WC;
-  cursor.held = held ? 1 : 0;
-  // The edge is `latest`, which always has room.
-  static_cast<void>(cursor_->send(cursor));
-}
-
 void SessionView::receive(ClientId client, const ClientMessage& message) {
   const std::scoped_lock lock(mutex_);
   switch (message.kind) {
     case ClientMessage::Kind::input:
-      if (!taking_ || !cursor_) return;
-      hold_->input(message.held, MonotonicClock::now());
-      send_cursor(message.X_WC, message.held);
+      if (taking_ && mouse_) mouse_->input(message.X_WC, message.held);
       return;
     case ClientMessage::Kind::set:
       // A page that asks for more between two looks than anybody can turn has gone wrong.
@@ -170,9 +112,7 @@ void SessionView::receive(ClientId client, const ClientMessage& message) {
 
 void SessionView::release() {
   const std::scoped_lock lock(mutex_);
-  if (!taking_ || !cursor_) return;
-  hold_->page_gone(MonotonicClock::now());
-  send_cursor(X_WC_, false);
+  if (taking_ && mouse_) mouse_->page_gone();
 }
 
 void SessionView::note(const std::string& text) {
@@ -188,7 +128,7 @@ void SessionView::set(const Request& request) {
     session_.set(request.parameter, request.value);
     {
       const std::scoped_lock lock(mutex_);
-      values_[request.parameter] = request.value;
+      extras_.values[request.parameter] = request.value;
     }
     if (follower_ != nullptr && request.parameter == method_parameter_) follower_->count_anew();
     answer["type"] = "set";
@@ -211,52 +151,16 @@ void SessionView::attend() {
     if (stop_asked_) session_.stop();
   }
   for (const Request& request : requests) set(request);
-  if (MonotonicClock::now() - told_ < status_period) return;
-  std::string text = status_text();
-  const std::scoped_lock lock(mutex_);
-  status_ = std::move(text);
-}
-
-std::string SessionView::status_text() {
-  const Instant wall = MonotonicClock::now();
-  const EngineStatus run = session_.status();
-  const bool first = told_.ns == 0;
-  const double passed = (run.now - told_at_).seconds();
-  const auto rate = [&](std::uint64_t& before, std::uint64_t count) {
-    const double steps = static_cast<double>(count - before);
-    before = count;
-    return passed > 0 ? steps / passed : 0.0;
-  };
-  json nodes = json::array();
-  for (std::size_t n = 0; n < steps_.size(); ++n) {
-    const NodeStatus& node = run.nodes[n];
-    nodes.push_back({{"rate", rate(steps_[n], node.steps)}, {"missed", node.missed_ticks}, {"stalled", node.stalled}});
-  }
-  json edges = json::array();
-  for (std::size_t e = 0; e < delivered_.size(); ++e) {
-    const auto& [metrics, age] = run.edges[e];
-    json edge = {{"rate", rate(delivered_[e], metrics.delivered)}, {"dropped", metrics.dropped}};
-    if (age.count > 0) edge["age"] = age.p50.seconds();
-    edges.push_back(std::move(edge));
-  }
-  json status = {{"type", "status"},
-                 {"now", run.now.seconds()},
-                 {"monotonic", static_cast<double>(wall.ns) * 1e-9},
-                 {"phase", word(run.phase)},
-                 {"speed", passed / (wall - told_).seconds()},
-                 {"nodes", experiment_ ? json::array() : std::move(nodes)},
-                 {"edges", experiment_ ? json::array() : std::move(edges)},
-                 {"lost", taps_.dropped()}};
-  if (!run.devices.empty()) status["device"] = device_object(run.devices.front());
-  if (follower_ != nullptr) status["reference"] = reference_object(follower_->figures());
+  const Instant now = MonotonicClock::now();
+  if (!status_text_.is_due(now)) return;
+  std::optional<Hold> hold;
   {
     const std::scoped_lock lock(mutex_);
-    if (hold_) status["hold"] = name_of(hold_->at(wall));
+    if (mouse_) hold = mouse_->hold(now);
   }
-  told_ = wall;
-  told_at_ = run.now;
-  // The first look is what rates are counted from.
-  return first ? std::string() : status.dump();
+  std::string text = status_text_.next(now, hold);
+  const std::scoped_lock lock(mutex_);
+  status_ = std::move(text);
 }
 
 bool SessionView::was_stopped() {

@@ -1,7 +1,6 @@
 // A session as a page sees it: its samples and its state go out, what the page asks for comes in.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -11,6 +10,8 @@
 
 #include "app/view/hello.hpp"
 #include "app/view/hold.hpp"
+#include "app/view/led_mouse.hpp"
+#include "app/view/status_text.hpp"
 #include "app/view/stream_taps.hpp"
 #include "app/view/view_server.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
@@ -38,7 +39,7 @@ class SessionView final : private ViewSource {
   SessionView& operator=(const SessionView&) = delete;
 
   /// What the page is opened by.
-  [[nodiscard]] const std::string& url() const { return url_; }
+  [[nodiscard]] std::string url() const { return server_->url(); }
   /// What a Foxglove viewer connects to; empty where none may.
   [[nodiscard]] std::string foxglove_url() const { return server_->foxglove_url(); }
   /// Does what pages have asked for, and tells them the state; about fifty times a second while the session runs.
@@ -71,35 +72,25 @@ class SessionView final : private ViewSource {
   void release() override;
   void note(const std::string& text) override;
 
-  void send_cursor(const Pose& X_WC, bool held);
   void set(const Request& request);
-  [[nodiscard]] std::string status_text();
 
   Session& session_;
   Follower* follower_;
   Options options_;
+  const std::optional<std::string> experiment_;  // see experiment_of
   StreamTaps taps_;
-  HelloExtras extras_;
+  StatusText status_text_;
   std::optional<std::string> method_parameter_;
-  std::optional<std::string> experiment_;  // see experiment_of
-  std::optional<Session::Feed> cursor_;
-  Pose X_WC_;  // sent last, on the server's thread
   std::unique_ptr<ViewServer> server_;
-  std::string url_;
 
   std::mutex mutex_;  // over what follows
   std::vector<Request> requests_;
-  std::map<std::string, std::string> values_;  // of parameters that were set
+  HelloExtras extras_;
   std::string status_;
-  std::optional<HoldWatch> hold_;  // where a page leads the device
+  std::optional<LedMouse> mouse_;  // where a page leads the device
   bool taking_ = false;            // between the start of the session and its end
   bool stop_asked_ = false;
   std::optional<std::string> failure_;
-
-  // For rates.
-  Instant told_;
-  Time told_at_;
-  std::vector<std::uint64_t> steps_, delivered_;
 
   std::thread thread_;
 };
