@@ -2,17 +2,16 @@
 #pragma once
 
 #include <atomic>
-#include <deque>
 #include <functional>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
-#include <vector>
 
 #include "framework/realtime/monotonic_clock.hpp"
+#include "framework/session/followed_run.hpp"
 #include "framework/session/follower_plan.hpp"
+#include "framework/session/reference_session.hpp"
 #include "framework/session/running_error.hpp"
 #include "framework/session/session.hpp"
 
@@ -70,48 +69,25 @@ class Follower {
   void on_reference(std::function<void(Time, const Wrench&)> take) { take_reference_ = std::move(take); }
 
  private:
-  /// A message of the run that is to be fed.
-  struct Waiting {
-    Stamp stamp;
-    std::size_t feed = 0;
-    std::vector<std::byte> value;
-    bool after_loss = false;  // messages before it were lost on their way
-  };
-
   void run();
-  void make_session();
-  void begin_at(const Waiting& first);
-  void take_in();
-  void take_fed();
-  void go_along(const Waiting& next);
+  void begin_at(const FollowedMessage& first);
   void begin_anew();
-  void skip();
   void tell();
 
-  Session& tested_;
   const FollowerPlan plan_;
   const std::optional<Duration> most_behind_;
-  std::vector<std::unique_ptr<Session::OutputTap>> taps_;  // as plan_.fed
-  std::unique_ptr<Session::OutputTap> judged_, stop_;
 
   // The following thread's.
-  std::unique_ptr<Session> session_;
-  std::vector<Session::Feed> feeds_;
-  Time base_;  // time zero of `session_`, by the run's clock
-  std::deque<Waiting> waiting_;
-  std::vector<std::uint64_t> next_;  // by tap: the sequence that comes next; 0: none has come
-  Time complete_until_;              // of the waiting
-  Time newest_, reached_;
-  std::optional<Time> stopped_;  // when the devices began to ramp down
-  bool begun_ = false;
   RunningError error_;
-  std::optional<FeltLately> felt_;
+  std::function<void(Time, const Wrench&)> take_reference_;
+  FollowedRun tested_;
+  ReferenceSession reference_;
+  bool begun_ = false;
+  Time reached_;
+  FollowerFigures latest_;
   Instant felt_at_;
-  Duration skipped_;
-  std::uint64_t skips_ = 0;
 
   std::thread thread_;
-  std::function<void(Time, const Wrench&)> take_reference_;
   std::atomic<bool> count_anew_{false};
   std::atomic<bool> ended_{false};
   std::atomic<bool> finishing_{false}, finished_{false};
