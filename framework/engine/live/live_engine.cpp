@@ -1,8 +1,6 @@
 #include "framework/engine/live/live_engine.hpp"
 
 #include <algorithm>
-#include <caf/logger.hpp>
-#include <caf/send.hpp>
 #include <exception>
 #include <mutex>
 #include <utility>
@@ -21,48 +19,26 @@ constexpr Duration look_again{100'000};
 /// In the pool the CPU time of every this many steps is read: reading it is a system call, and two of them would take
 /// longer than a message between light nodes. A prime, so that it falls in step with no pattern of a graph.
 constexpr std::uint64_t steps_a_measurement = 7;
-/// Steps whose times may wait until the calling thread takes them.
-constexpr std::uint32_t most_steps_told = 1U << 16U;
 /// The engine's own thread: below devices, above the pool.
 constexpr ThreadSettings timer_settings{SchedulingPolicy::fifo, 70, std::nullopt};
-
-/// The thread that makes an actor system keeps a share of its logger until the thread ends, and the end of the system
-/// waits for all shares: on another thread for ever, where the first goes on.
-struct LoggerOfThread {
-  LoggerOfThread() = default;
-  LoggerOfThread(const LoggerOfThread&) = delete;
-  LoggerOfThread& operator=(const LoggerOfThread&) = delete;
-  ~LoggerOfThread() { caf::logger::set_current_actor_system(nullptr); }
-};
 
 }  // namespace
 
 LiveEngine::LiveEngine(const Plan& plan, const EngineOptions& options)
     : plan_(plan),
-      end_(Time{} + plan.graph.duration),
       nodes_(plan),
-      node_statistics_(plan.nodes.size()),
-      step_times_(plan.nodes.size()),
+      step_times_(plan),
       lanes_(plan_lanes(plan)),
-      begun_(plan.nodes.size()),
-      tuned_(plan.nodes.size()),
-      to_tune_(plan.nodes.size()),
-      at_rest_(plan.nodes.size(), false),
-      failed_(plan.nodes.size(), false),
+      steps_(plan),
       stalls_(plan.nodes.size(), plan.graph.live.stall_timeout) {
   check_privileges(plan_, lanes_, timer_settings);
   make_lanes();
-  if (options.keeps_step_times) {
-    dispatcher_->add_step_tap(
-        steps_told_.emplace(message_type<StepEvent>(), Queue{QueuePolicy::drop_newest, most_steps_told}));
-  }
+  if (options.keeps_step_times) step_times_.keep(*dispatcher_);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
-  if (!plan.graph.live.impose_cost) return;
-  for (const NodeSpec& spec : plan.nodes) costs_.emplace_back(spec.cost, plan.graph.seed, spec.name);
 }
 
 LiveEngine::~LiveEngine() {
-  if (timer_.joinable() && !abandoned_) finish({});
+  if (timer_.thread.joinable() && !abandoned_) finish({});
 }
 
 void LiveEngine::with_dispatcher(const std::function<void(Dispatcher&)>& work) {
@@ -105,20 +81,9 @@ void LiveEngine::make_actors() {
   // Everything that will run is in memory by now.
   memory_.emplace();
   if (memory_->refused()) missing_.push_back(describe(*memory_->refused()));
-  config_.module_factories.push_back([this](caf::actor_system& system) -> caf::actor_system::module* {
-    return new LaneScheduler(system, lanes_.lanes, [this](const LaneSpec& lane) {
-      granted(apply_thread_settings(lane.settings, lane.name));
-    });
-  });
-  const LoggerOfThread given_back;
-  system_ = std::make_unique<caf::actor_system>(config_);
-  const auto& refused = dynamic_cast<const LaneScheduler&>(system_->scheduler()).refused();
-  if (refused) throw RunError(*refused);
-  for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    actors_.emplace_back();
-    if (loops_[n]) continue;
-    actors_[n] = system_->spawn<LaneActor>(lanes_.lane_of[n], std::function<void()>([this, n] { step(n); }));
-  }
+  actors_.make(
+      lanes_, [this](const LaneSpec& lane) { granted(apply_thread_settings(lane.settings, lane.name)); },
+      [this](std::size_t node) { step(node); });
 }
 
 void LiveEngine::granted(const ThreadGrant& grant) {
@@ -135,7 +100,7 @@ void LiveEngine::start_threads() {
     if (loop) granted(loop->start(origin_));
   }
   // Last, because it lets the first steps begin.
-  timer_ = make_thread("timer", [this] { keep_time(); });
+  timer_.thread = make_thread("timer", [this] { keep_time(); });
 }
 
 // Steps.
@@ -151,9 +116,9 @@ void LiveEngine::on_phase(Phase phase) {
 }
 
 void LiveEngine::catch_up(Time t) {
-  if (t >= end_ && dispatcher_->phase() != Phase::stopping) {
-    handle_events_before(end_);
-    dispatcher_->move_to(end_);
+  if (t >= end() && dispatcher_->phase() != Phase::stopping) {
+    handle_events_before(end());
+    dispatcher_->move_to(end());
     begin_stop(false);
   }
   handle_events_before(t);
@@ -165,7 +130,7 @@ void LiveEngine::handle_events_before(Time t) {
   for (auto next = dispatcher_->next_event(); next && *next < t; next = dispatcher_->next_event()) {
     dispatcher_->move_to(*next);
     dispatcher_->handle_due();
-    begin_ready();
+    steps_.begin_ready(*dispatcher_);
   }
 }
 
@@ -183,28 +148,14 @@ void LiveEngine::begin_stop(bool failed) {
   add_latencies(status_, true);
 }
 
-void LiveEngine::begin_ready() {
-  if (ended_) return;
-  while (const auto request = dispatcher_->next_request()) {
-    begun_[request->node] = *request;
-    to_tune_[request->node] = std::move(tuned_[request->node]);
-    tuned_[request->node].clear();
-    woken_.push_back(request->node);
-  }
-}
-
-void LiveEngine::wake(const std::vector<std::size_t>& nodes_to_step) {
-  for (const std::size_t n : nodes_to_step) caf::anon_send(actors_[n], step_message_);
-}
-
 void LiveEngine::step(std::size_t node) {
   Dispatcher::StepRequest request;
   bool measured = true;
-  Params tuned;
+  ActorSteps::Params tuned;
   {
     const std::scoped_lock lock(mutex_);
-    request = begun_[node];
-    tuned.swap(to_tune_[node]);
+    request = steps_[node].request;
+    tuned.swap(steps_[node].to_tune);
     measured = lanes_.lane_of[node] != 0 || dispatcher_->steps(node) % steps_a_measurement == 1;
   }
   const Time starts = clock();
@@ -224,52 +175,52 @@ void LiveEngine::step(std::size_t node) {
 
   const std::scoped_lock lock(mutex_);
   // A step that comes back when the run has given it up finds its metrics taken.
-  if (timer_ended_) return;
-  if (measured) node_statistics_[node].add_cpu(cpu_time);
+  if (timer_.ended) return;
+  if (measured) steps_[node].statistics.add_cpu(cpu_time);
   const Time now = next_instant();
   catch_up(now);
   if (error.empty()) {
-    if (request.phase == Phase::stopping) at_rest_[node] = context.at_rest();
-    end_step(node, context.work());
+    if (request.phase == Phase::stopping) steps_[node].at_rest = context.at_rest();
+    if (!steps_.hold(node, context.work(), dispatcher_->now())) dispatcher_->complete(node);
   } else {
     // It stays busy and never steps again; the rest goes on while the devices ramp down.
-    failed_[node] = true;
+    steps_[node].failed = true;
     fail(error);
     dispatcher_->failed(node);
   }
-  begin_ready();
+  steps_.begin_ready(*dispatcher_);
   wake_others();
 }
 
 void LiveEngine::wake_others() {
   // Under the lock, where whoever waits for it lends this thread its priority: these may be nodes of a higher lane,
   // whose ticks were due, and without the lock this thread may not be let run for a long time.
-  wake(woken_);
-  woken_.clear();
-  const auto next = dispatcher_->next_event();
-  const bool earlier = (next && *next < timer_waits_until_) || (!held_.empty() && held_[0].until < timer_waits_until_);
-  if (earlier) timer_condition_.notify_one();
+  actors_.ask(steps_.woken());
+  steps_.woken().clear();
+  const auto next = dispatcher_->next_event(), held = steps_.held_until();
+  const bool earlier = (next && *next < timer_.waits_until) || (held && *held < timer_.waits_until);
+  if (earlier) timer_.condition.notify_one();
 }
 
 bool LiveEngine::feed(std::size_t node, std::optional<Time> valid, const void* value) {
   const std::scoped_lock lock(mutex_);
-  if (timer_ended_) return true;
+  if (timer_.ended) return true;
   const Time now = next_instant();
   catch_up(now);
   const bool has_room = !dispatcher_->is_blocked(node);
   if (has_room) dispatcher_->publish(node, 0, valid.value_or(now), value);
-  begin_ready();
+  steps_.begin_ready(*dispatcher_);
   wake_others();
   return has_room;
 }
 
 void LiveEngine::set(std::size_t node, std::shared_ptr<const void> params, const SetEvent& event) {
   const std::scoped_lock lock(mutex_);
-  if (timer_ended_) return;
+  if (timer_.ended) return;
   const Time now = next_instant();
   catch_up(now);
   if (!loops_[node]) {
-    tuned_[node].push_back(std::move(params));
+    steps_[node].tuned.push_back(std::move(params));
   } else if (!loops_[node]->tune(std::move(params))) {
     throw RunError("node " + plan_.nodes[node].name + " is given parameters faster than it ticks");
   }
@@ -281,33 +232,17 @@ bool LiveEngine::is_set(std::size_t node) {
   const std::scoped_lock lock(mutex_);
   if (loops_[node]) return loops_[node]->is_tuned();
   // A node at rest takes them with its next step, whenever that is.
-  return to_tune_[node].empty() && (tuned_[node].empty() || !dispatcher_->busy(node));
-}
-
-void LiveEngine::end_step(std::size_t node, std::int64_t work) {
-  const Time until = begun_[node].now + (costs_.empty() ? Duration{} : costs_[node].next(work));
-  if (until <= dispatcher_->now()) return pass(node);
-  const auto later = [until](const Held& held) { return held.until > until; };
-  held_.insert(std::find_if(held_.begin(), held_.end(), later), {until, node});
-}
-
-void LiveEngine::pass(std::size_t node) {
-  dispatcher_->complete(node);
+  return steps_[node].to_tune.empty() && (steps_[node].tuned.empty() || !dispatcher_->busy(node));
 }
 
 void LiveEngine::release_held() {
-  while (!held_.empty() && held_[0].until <= clock()) {
-    const std::size_t node = held_[0].node;
-    held_.erase(held_.begin());
+  for (auto until = steps_.held_until(); until && *until <= clock(); until = steps_.held_until()) {
+    const std::size_t node = steps_.release();
     // Each at an instant of its own, so that a replay knows which came first.
     catch_up(next_instant());
-    pass(node);
-    begin_ready();
+    dispatcher_->complete(node);
+    steps_.begin_ready(*dispatcher_);
   }
-}
-
-bool LiveEngine::is_held(std::size_t node) const {
-  return std::any_of(held_.begin(), held_.end(), [node](const Held& held) { return held.node == node; });
 }
 
 void LiveEngine::fail(const std::string& why) {
@@ -322,7 +257,7 @@ void LiveEngine::keep_time() {
   granted(apply_thread_settings(timer_settings, "timer"));
   Time next_watch;
   mutex_.lock();
-  while (!timer_ended_) {
+  while (!timer_.ended) {
     drain_loops();
     release_held();
     const Time now = next_instant();
@@ -334,18 +269,19 @@ void LiveEngine::keep_time() {
       next_watch = now + watch_period;
     }
     std::vector<std::size_t> woken;
-    woken.swap(woken_);
+    woken.swap(steps_.woken());
     if (!woken.empty()) {
       mutex_.unlock();
-      wake(woken);
+      actors_.ask(woken);
       mutex_.lock();
       continue;  // what came meanwhile is looked at before it waits
     }
-    timer_waits_until_ = next_look(now);
-    if (const auto next = dispatcher_->next_event()) timer_waits_until_ = std::min(timer_waits_until_, *next);
-    if (!held_.empty()) timer_waits_until_ = std::min(timer_waits_until_, held_[0].until);
-    if (now < end_) timer_waits_until_ = std::min(timer_waits_until_, end_);
-    timer_condition_.wait_until(mutex_, (origin_ + (timer_waits_until_ - Time{})).ns);
+    Time& until = timer_.waits_until;
+    until = next_look(now);
+    if (const auto next = dispatcher_->next_event()) until = std::min(until, *next);
+    if (const auto held = steps_.held_until()) until = std::min(until, *held);
+    if (now < end()) until = std::min(until, end());
+    timer_.condition.wait_until(mutex_, (origin_ + (until - Time{})).ns);
   }
   mutex_.unlock();
 }
@@ -364,7 +300,7 @@ void LiveEngine::publish_tick(RealtimeLane& loop) {
   for (const RealtimeLane::Out& out : loop.sent()) dispatcher_->publish(loop.node(), out.port, out.valid, out.payload);
   dispatcher_->tell_tick(loop.deadline(), now, loop.event());
   dispatcher_->passed(loop.node(), loop.deadline());
-  begin_ready();
+  steps_.begin_ready(*dispatcher_);
 }
 
 Time LiveEngine::next_look(Time now) const {

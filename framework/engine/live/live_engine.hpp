@@ -1,23 +1,18 @@
 // The live engine: a run of a Plan in real time, one CAF actor a node, devices in loops of their own.
 #pragma once
 
-#include <algorithm>
-#include <caf/actor_system_config.hpp>
-#include <caf/send.hpp>
-#include <cstring>
-#include <exception>
 #include <mutex>
 #include <thread>
 #include <utility>
 
-#include "framework/core/messages.hpp"
-#include "framework/engine/cost.hpp"
 #include "framework/engine/engine.hpp"
+#include "framework/engine/live/actor_steps.hpp"
+#include "framework/engine/live/lane_actors.hpp"
 #include "framework/engine/live/lane_plan.hpp"
-#include "framework/engine/live/lane_scheduler.hpp"
+#include "framework/engine/live/priority_mutex.hpp"
 #include "framework/engine/live/realtime_lane.hpp"
 #include "framework/engine/live/stall_watch.hpp"
-#include "framework/realtime/allocation_watch.hpp"
+#include "framework/engine/live/step_times.hpp"
 #include "framework/realtime/memory_lock.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 #include "framework/realtime/thread_policy.hpp"
@@ -62,17 +57,19 @@ class LiveEngine final : public Engine, private ExternalInputs {
   [[nodiscard]] bool is_abandoned() const override { return abandoned_; }
   [[nodiscard]] PlanNodes& nodes() override { return nodes_; }
   [[nodiscard]] EngineStatus status() override;
-  [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const override { return node_statistics_[node]; }
-  [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const override { return step_times_[node]; }
+  [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const override { return steps_[node].statistics; }
+  [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const override { return step_times_.of(node); }
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const override { return status_.edges[edge].metrics; }
-  [[nodiscard]] std::uint64_t dropped() const override { return steps_told_ ? steps_told_->dropped() : 0; }
+  [[nodiscard]] std::uint64_t dropped() const override { return step_times_.dropped(); }
   [[nodiscard]] Duration cpu_time() const override;
 
  private:
-  /// A step that has been made and whose declared cost has not passed.
-  struct Held {
-    Time until;
-    std::size_t node = 0;
+  /// The thread that keeps the time.
+  struct Timer {
+    PriorityCondition condition;
+    bool ended = false;
+    Time waits_until;
+    std::thread thread;
   };
 
   // What the dispatcher tells, under the lock.
@@ -88,12 +85,12 @@ class LiveEngine final : public Engine, private ExternalInputs {
   void granted(const ThreadGrant& grant);
 
   [[nodiscard]] Time clock() const { return Time{} + (MonotonicClock::now() - origin_); }
+  [[nodiscard]] Time end() const { return Time{} + plan_.graph.duration; }
   // Under the lock:
   [[nodiscard]] Time next_instant() const;
   void catch_up(Time t);
   void handle_events_before(Time t);
   void begin_stop(bool failed);
-  void begin_ready();
   void drain_loops();
   /// What a tick of a loop sent becomes visible.
   void publish_tick(RealtimeLane& loop);
@@ -105,16 +102,11 @@ class LiveEngine final : public Engine, private ExternalInputs {
   [[nodiscard]] std::vector<std::size_t> devices_not_at_rest() const;
   /// Nodes whose step has not come back.
   [[nodiscard]] std::vector<std::size_t> busy_nodes() const;
-  /// The step of a node has been made; it passes now, or when its declared cost has passed.
-  void end_step(std::size_t node, std::int64_t work);
-  void pass(std::size_t node);
   void release_held();
-  [[nodiscard]] bool is_held(std::size_t node) const;
   [[nodiscard]] EngineStatus counters() const;
 
   /// Adds the latencies to `counters`; `whole` with their histograms. Takes long and needs no lock.
   void add_latencies(EngineStatus& status, bool whole) const;
-  void wake(const std::vector<std::size_t>& nodes_to_step);
   /// Under the lock: asks the actors of nodes whose steps have begun, and wakes the timer thread for what comes next.
   void wake_others();
   void step(std::size_t node);
@@ -125,45 +117,27 @@ class LiveEngine final : public Engine, private ExternalInputs {
   void attend_until(const Attendance& attendance, Duration longest, const std::function<bool()>& done);
 
   const Plan& plan_;
-  const Time end_;
   PlanNodes nodes_;
   std::optional<std::string> failure_;
   bool finished_ = false;
   bool abandoned_ = false;
   EngineStatus status_;  // at the end
-  std::vector<NodeStatistics> node_statistics_;
   std::function<bool()> stop_asked_ = [] { return false; };
-  std::optional<Tap> steps_told_;                  // for `step_times_`, if they are kept
-  std::vector<std::vector<Duration>> step_times_;  // by node; empty if they are not kept
+  StepTimes step_times_;
   LanePlan lanes_;
   std::vector<std::unique_ptr<RealtimeLane>> loops_;    // by node, null outside of the real-time lane
   std::vector<std::unique_ptr<LatencyHistogram>> age_;  // by edge, written by its reader's steps
 
-  mutable PriorityMutex mutex_;  // over all down to `woken_`
-  PriorityCondition timer_condition_;
+  mutable PriorityMutex mutex_;  // over all down to `missing_`, but for the timer's thread
+  Timer timer_;
   std::unique_ptr<Dispatcher> dispatcher_;
-  bool ended_ = false;  // no step begins any more
-  bool timer_ended_ = false;
-  Time timer_waits_until_;
-  using Params = std::vector<std::shared_ptr<const void>>;
-  std::vector<Dispatcher::StepRequest> begun_;  // by node: the step it is making
-  std::vector<Params> tuned_;                   // by node: parameters that hold from its next step on
-  std::vector<Params> to_tune_;                 // by node: those that hold from the step on that it is making
-  std::vector<CostDraw> costs_;                 // by node, where the graph imposes what it declares; else empty
-  std::vector<Held> held_;                      // the first to pass comes first
-  std::vector<bool> at_rest_;                   // by node: of a device outside of the real-time lane
-  std::vector<bool> failed_;                    // by node
+  ActorSteps steps_;
   StallWatch stalls_;
   std::vector<std::string> missing_;
-  std::vector<std::size_t> woken_;  // nodes whose steps have begun and whose actors are to be asked
 
   Instant origin_;
   std::optional<MemoryLock> memory_;
-  caf::actor_system_config config_;
-  std::unique_ptr<caf::actor_system> system_;
-  const caf::message step_message_ = caf::make_message(LaneActor::Step::value);  // one for all, so none is allocated
-  std::vector<caf::actor> actors_;
-  std::thread timer_;
+  LaneActors actors_;
 };
 
 }  // namespace tactor

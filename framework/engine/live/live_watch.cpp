@@ -1,6 +1,5 @@
 // Watching a live run: its progress, steps that do not come back, and the way to its end.
 #include <algorithm>
-#include <caf/send.hpp>
 #include <exception>
 #include <mutex>
 #include <utility>
@@ -23,7 +22,7 @@ constexpr Duration longest_without_tick{2'000'000'000};
 
 bool LiveEngine::is_running() {
   const std::scoped_lock lock(mutex_);
-  return dispatcher_->phase() != Phase::stopping && clock() < end_;
+  return dispatcher_->phase() != Phase::stopping && clock() < end();
 }
 
 void LiveEngine::stop(const std::string& why) {
@@ -67,13 +66,7 @@ bool LiveEngine::attend(const Attendance& attendance) {
   // First, so that no disk of a reader holds up the muting of a force.
   attempt([&] { served = attendance.serve(); });
   attempt([&] { attendance.read(); });
-  attempt([this] {
-    if (!steps_told_) return;
-    steps_told_->take_all([this](const Stamp& stamp, const void* value) {
-      const auto node = static_cast<std::size_t>(static_cast<const StepEvent*>(value)->node);
-      if (!loops_[node]) step_times_[node].push_back(stamp.produced - stamp.valid);
-    });
-  });
+  attempt([this] { step_times_.take(); });
   return served;
 }
 
@@ -98,9 +91,9 @@ void LiveEngine::look_for_stalls() {
   const Time now = clock();
   stalls_.begin(now);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    if (failed_[n]) continue;
+    if (steps_[n].failed) continue;
     if (loops_[n]) look_for_failure(n);
-    const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n) || is_held(n);
+    const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n) || steps_.is_held(n);
     const StallWatch::Node& watched = stalls_.look(n, steps_ended(n), idle);
     if (watched.stalled && plan_.graph.live.on_stall == OnStall::stop) {
       // To the period of the looks, which is all that is known.
@@ -116,7 +109,7 @@ void LiveEngine::look_for_stalls() {
 void LiveEngine::look_for_failure(std::size_t node) {
   const std::exception_ptr thrown = loops_[node]->loop().failure();
   if (!thrown) return;
-  failed_[node] = true;
+  steps_[node].failed = true;
   try {
     std::rethrow_exception(thrown);
   } catch (const std::exception& e) {
@@ -172,8 +165,8 @@ std::int64_t LiveEngine::steps_ended(std::size_t node) const {
 std::vector<std::size_t> LiveEngine::devices_not_at_rest() const {
   std::vector<std::size_t> devices;
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    if (!plan_.nodes[n].info->actuator || failed_[n]) continue;
-    if (!(loops_[n] ? loops_[n]->at_rest() : at_rest_[n])) devices.push_back(n);
+    if (!plan_.nodes[n].info->actuator || steps_[n].failed) continue;
+    if (!(loops_[n] ? loops_[n]->at_rest() : steps_[n].at_rest)) devices.push_back(n);
   }
   return devices;
 }
@@ -181,7 +174,7 @@ std::vector<std::size_t> LiveEngine::devices_not_at_rest() const {
 std::vector<std::size_t> LiveEngine::busy_nodes() const {
   std::vector<std::size_t> busy;
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    if (dispatcher_->busy(n) && !failed_[n] && !is_held(n)) busy.push_back(n);
+    if (dispatcher_->busy(n) && !steps_[n].failed && !steps_.is_held(n)) busy.push_back(n);
   }
   return busy;
 }
@@ -207,7 +200,7 @@ void LiveEngine::finish(const Attendance& attendance) {
   }
   attend_until(attendance, longest_step_at_end, [this] {
     const std::scoped_lock lock(mutex_);
-    ended_ = true;
+    steps_.end();
     return busy_nodes().empty();
   });
   {
@@ -224,8 +217,8 @@ void LiveEngine::finish(const Attendance& attendance) {
   end_timer();
   attend(attendance);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    node_statistics_[n].steps = status_.nodes[n].steps;
-    node_statistics_[n].missed_ticks = status_.nodes[n].missed_ticks;
+    steps_[n].statistics.steps = status_.nodes[n].steps;
+    steps_[n].statistics.missed_ticks = status_.nodes[n].missed_ticks;
   }
   finished_ = true;
   if (!abandoned_) end_threads();
@@ -234,19 +227,15 @@ void LiveEngine::finish(const Attendance& attendance) {
 void LiveEngine::end_timer() {
   {
     const std::scoped_lock lock(mutex_);
-    timer_ended_ = true;
-    timer_condition_.notify_one();
+    timer_.ended = true;
+    timer_.condition.notify_one();
   }
-  if (timer_.joinable()) timer_.join();
+  if (timer_.thread.joinable()) timer_.thread.join();
 }
 
 void LiveEngine::end_threads() {
   end_timer();
-  for (const caf::actor& actor : actors_) {
-    if (actor) caf::anon_send_exit(actor, caf::exit_reason::user_shutdown);
-  }
-  actors_.clear();
-  system_.reset();
+  actors_.end();
 }
 
 }  // namespace tactor
