@@ -2,16 +2,16 @@
 
 #include <cstring>
 
-#include "framework/session/typed_output.hpp"
-
 namespace tactor {
 
 LiveWatch::LiveWatch(Session& session, const Follower* follower) : session_(session), follower_(follower) {
   const Plan& plan = session.plan();
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    const NodeInfo& info = *plan.nodes[n].info;
-    if (!info.actuator || typed_output(info, "safety", message_type<SafetyState>()) == nullptr) continue;
-    gates_.push_back({n, session.tap(plan.nodes[n].name + ".safety", {QueuePolicy::latest, 1}), {}});
+    if (!plan.nodes[n].info->actuator) continue;
+    for (const OutputInfo& output : plan.nodes[n].info->outputs) {
+      if (!same_type(*output.type, message_type<SafetyState>())) continue;
+      gates_.push_back({n, session.tap(plan.nodes[n].name + "." + output.name, {QueuePolicy::latest, 1}), {}});
+    }
   }
 }
 
