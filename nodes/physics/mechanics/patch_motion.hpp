@@ -7,8 +7,8 @@
 
 #include "nodes/physics/contact/soft_contact_source.hpp"
 #include "nodes/physics/mechanics/local_patch.hpp"
-#include "nodes/physics/mechanics/soft_patch.hpp"
 #include "nodes/physics/mechanics/system.hpp"
+#include "nodes/physics/mechanics/touched_nodes.hpp"
 
 namespace tactor {
 
@@ -24,9 +24,9 @@ class PatchMotion {
 
   /// Goes on from there. `patch` must be usable.
   void restart(const LocalPatch& patch);
-  [[nodiscard]] bool empty() const { return nodes_ == 0; }
+  [[nodiscard]] bool empty() const { return patch_.nodes.size() == 0; }
   /// m, where the nodes are.
-  [[nodiscard]] std::span<const Vec3> nodes_W() const { return std::span(p_W_).first(nodes_); }
+  [[nodiscard]] std::span<const Vec3> nodes_W() const { return std::span(p_W_).first(patch_.nodes.size()); }
   [[nodiscard]] SoftFaces faces() const;
   /// s, of a step of h seconds until its forces act: h, or half of it by the midpoint rule.
   [[nodiscard]] double solved_time(double h) const { return integrator_ == Integrator::midpoint ? h / 2 : h; }
@@ -50,26 +50,20 @@ class PatchMotion {
 
  private:
   [[nodiscard]] double free_rate(std::size_t mode, double h) const;
-  void set_inertia(double solved);
+  [[nodiscard]] Eigen::Index modes() const { return static_cast<Eigen::Index>(patch_.modes.size()); }
   void move_modes(double h);
+  void move_by(const Eigen::VectorXd& amounts);
   void place_nodes();
 
   Integrator integrator_;
   LocalPatch patch_;
-  std::size_t nodes_ = 0;
-  Eigen::Index modes_ = 0;
   std::vector<Vec3> p_W_, ahead_W_;
   std::vector<std::array<std::int32_t, 3>> face_nodes_;
   std::vector<std::int32_t> face_bodies_;
   std::vector<double> face_areas_;
   Eigen::VectorXd z_, rate_, impulse_;  // by mode; impulse: shape^T J
-  // Of the nodes that are touched, in the order in which contacts name them.
-  std::vector<std::int32_t> touched_, place_;  // their numbers; of each node, its place among them or -1
-  std::vector<std::int32_t> known_touched_;    // the nodes that shapes_ and inertia_ are of
-  double known_time_ = 0;                      // s, that inertia_ is over; 0: neither is of this patch
-  std::vector<Vec3> touched_p_W_, touched_ahead_W_;
-  Eigen::MatrixXd shapes_, scaled_, mobility_, inertia_;
-  Eigen::VectorXd velocity_, free_velocity_, velocity_after_, force_;
+  Eigen::VectorXd moved_;               // scratch, m or m/s, of the nodes
+  TouchedNodes touched_;
 };
 
 }  // namespace tactor
