@@ -153,7 +153,7 @@ int main(int count, char** arguments) {
     // 60 faces over 42 nodes.
     for (const double edge : {0.002, 0.005}) {
       SoftContactOptions options;
-      options.max_contacts = 48;
+      options.soft_contacts = 48;
       SoftContacts contacts(scene, options, cell_distances({}, nullptr));
       Patch patch = patch_of(6 * edge, 6);
       patch.surface.faces.resize(60);

@@ -19,8 +19,8 @@ namespace {
 /// Results that edges and their readers hold at the same time.
 constexpr std::size_t most_results = 32;
 
-/// s, of the tool's way for which a patch is chosen: two intervals between results, within these.
-constexpr double least_horizon = 0.03, most_horizon = 0.2;
+/// s, of the tool's way for which a patch is chosen: two intervals between results, but from the first horizon to this.
+constexpr double most_horizon = 0.2;
 
 constexpr int most_far_nodes = 8;
 
@@ -32,35 +32,31 @@ SystemModel rigid_model(const DeformableDynamics::Params& params, const NodeCont
   return model;
 }
 
-DeformableOptions step_options(const DeformableDynamics::Params& params) {
-  return {.factor = params.solver,
-          .iterations = params.newton_iterations,
-          .tolerance = params.tolerance,
-          .reuse = params.reuse_factors,
-          .patch = {.nodes = params.patch_nodes, .reach = params.patch_reach, .horizon = least_horizon}};
-}
-
 /// Adds the parameters of the output `patch`.
 void declare_patch(Declare<DeformableDynamics>& d) {
-  d.integer("patch_nodes", &DeformableDynamics::Params::patch_nodes,
-            {.doc = "most nodes around the tool in the output `patch`. The patch has twice as many nodes as are "
-                    "touched, but at least 16",
-             .default_value = 36,
-             .min = 4,
-             .max = LocalPatch::capacity})
-      .integer("patch_far_nodes", &DeformableDynamics::Params::patch_far_nodes,
-               {.doc = "most nodes of the output `patch` on the rest of the surface. They are spread out and carry the "
-                       "slow motions of the whole body",
-                .default_value = 8,
-                .min = 0,
-                .max = most_far_nodes})
-      .real("patch_reach", &DeformableDynamics::Params::patch_reach,
-            {.doc = "largest distance between the tool and the nodes around it. Nodes within a twentieth of it count "
-                    "as touched",
-             .unit = "m",
-             .default_value = 0.04,
-             .min = 0,
-             .max = 1});
+  // The template arguments let pointers to the members of the base classes convert.
+  d.integer<std::int32_t>(
+       "patch_nodes", &DeformableDynamics::Params::patch_nodes,
+       {.doc = "most nodes around the tool in the output `patch`. The patch has twice as many nodes as are "
+               "touched, but at least 16",
+        .default_value = 36,
+        .min = 4,
+        .max = LocalPatch::capacity})
+      .integer<std::int32_t>(
+          "patch_far_nodes", &DeformableDynamics::Params::patch_far_nodes,
+          {.doc = "most nodes of the output `patch` on the rest of the surface. They are spread out and carry the "
+                  "slow motions of the whole body",
+           .default_value = 8,
+           .min = 0,
+           .max = most_far_nodes})
+      .real<double>(
+          "patch_reach", &DeformableDynamics::Params::patch_reach,
+          {.doc = "largest distance between the tool and the nodes around it. Nodes within a twentieth of it count "
+                  "as touched",
+           .unit = "m",
+           .default_value = 0.04,
+           .min = 0,
+           .max = 1});
 }
 
 /// Says which solver `auto` is.
@@ -167,19 +163,20 @@ NodeInfo DeformableDynamics::declare() {
                           "processors; supernodal is the fastest. auto: eigen below 1,000 tetrahedra, otherwise "
                           "supernodal; portable: eigen below 10,000, otherwise simplicial",
                           FactorKind::portable)
-      .integer("newton_iterations", &Params::newton_iterations,
-               {.doc = "most Newton iterations of the elastic equations in a step. If they do not suffice, the step is "
-                       "damped and counted",
-                .default_value = 8,
-                .min = 1,
-                .max = 100,
-                .in_reference = 30})
-      .real("tolerance", &Params::tolerance,
-            {.doc = "largest residual of the nodes' equations, relative to the forces on the nodes",
-             .default_value = 1e-3,
-             .min = 1e-10,
-             .max = 0.1,
-             .in_reference = 1e-4})
+      .integer<std::int32_t>(
+          "newton_iterations", &Params::newton_iterations,
+          {.doc = "most Newton iterations of the elastic equations in a step. If they do not suffice, the step is "
+                  "damped and counted",
+           .default_value = 8,
+           .min = 1,
+           .max = 100,
+           .in_reference = 30})
+      .real<double>("tolerance", &Params::tolerance,
+                    {.doc = "largest residual of the nodes' equations, relative to the forces on the nodes",
+                     .default_value = 1e-3,
+                     .min = 1e-10,
+                     .max = 0.1,
+                     .in_reference = 1e-4})
       .boolean(
           "reuse_factors", &Params::reuse_factors, true,
           "keep factors of earlier steps until the slow iterations with them have cost as much as a new factorisation")
@@ -211,24 +208,20 @@ NodeInfo DeformableDynamics::declare() {
 
 DeformableDynamics::DeformableDynamics(const Params& params, const NodeContext& context) : params_(params) {
   const Scene& scene = *context.scene;
-  soft_ = std::make_unique<SoftScene>(soft_scene(scene, params.law, params.elements, context.notes));
+  soft_ = std::make_unique<SoftScene>(soft_scene(scene, params, context.notes));
   note_choices(params, soft_->model.elements(), context.notes);
   const SystemModel model = rigid_model(params, context);
   const MakeMeshDistance distances = cell_distances({}, context.notes);
   tool_ = std::make_unique<ContactBody>(*scene.tool(), 0, false, params.patch_reach, distances, nullptr);
-  soft_contacts_ = std::make_unique<SoftContacts>(
-      scene,
-      SoftContactOptions{
-          .margin = params.soft_margin, .spacing = params.soft_spacing, .max_contacts = params.soft_contacts},
-      distances, context.notes);
+  soft_contacts_ = std::make_unique<SoftContacts>(scene, params, distances, context.notes);
   std::vector<Vec3> rest;
   for (int i = 0; i < soft_->model.nodes(); ++i) {
     rest.push_back(plain(soft_->model.rest().segment<3>(3 * i)));
   }
   soft_contacts_->set_surface(soft_->surface, rest);
-  step_.emplace(*soft_, *soft_contacts_, *tool_, model, step_options(params), scene.gravity_W);
+  step_.emplace(*soft_, *soft_contacts_, *tool_, model, params, scene.gravity_W);
   if (params.settle && norm(scene.gravity_W) > 0) step_->place(settled(*soft_, scene, params.solver, context.notes));
-  condensation_.emplace(*step_, params.solver, params.patch_far_nodes, most_results);
+  condensation_.emplace(*step_, most_results);
   surface_pool_.emplace(most_results, soft_->shown_nodes.size());
   for (const std::size_t i : scene.moving()) {
     bodies_.X_WB[static_cast<std::size_t>(bodies_.count++)] = scene.bodies[i].X_WB;
@@ -278,7 +271,7 @@ void DeformableDynamics::begin(const CouplingParameters& /*spring*/) {
 
 void DeformableDynamics::advance(const CouplingParameters& spring, const ContactPlanes& planes) {
   const double interval = (newest_.stamp.valid - used_.stamp.valid).seconds();
-  step_->set_patch_horizon(std::clamp(2 * interval, least_horizon, most_horizon));
+  step_->set_patch_horizon(std::clamp(2 * interval, PatchChoice::first_horizon, most_horizon));
   // The small allowance keeps an interval of exactly n steps at n.
   const double pieces =
       std::clamp(std::ceil(interval / params_.substep - 1e-6), 1.0, static_cast<double>(params_.most_substeps));

@@ -20,19 +20,11 @@ namespace tactor {
 /// RunError at the first coupling of a massless tool.
 class DeformableDynamics final : public Node, public Refusing {
  public:
-  struct Params : DynamicsParams, SoftOptions {
+  struct Params : DynamicsParams, SoftContactOptions, DeformableOptions {
     Integrator integrator = Integrator::implicit_euler;
-    Elasticity law = Elasticity::corotational;
-    ElementOrder elements = ElementOrder::linear;
-    FactorKind solver = FactorKind::automatic;
-    std::int32_t newton_iterations = 0;
-    double tolerance = 0;
-    bool reuse_factors = true;
     bool settle = true;
     std::int32_t most_substeps = 0;
     Duration min_step;
-    std::int32_t patch_nodes = 0, patch_far_nodes = 0;
-    double patch_reach = 0;  // m
   };
   DeformableDynamics(const Params& params, const NodeContext& context);
   ~DeformableDynamics() override;

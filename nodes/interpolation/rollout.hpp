@@ -38,7 +38,7 @@ namespace tactor {
 /// contact, it is displayed, and counted.
 class Rollout final : public Node, public Refusing {
  public:
-  struct Params : SurfaceOptions, PatchOptions, TrustOptions {
+  struct Params : SurfaceOptions, SoftContactOptions, TrustOptions {
     Duration blend_time;
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s

@@ -21,7 +21,7 @@ namespace tactor {
 /// and corrects them before they are used.
 class LocalPredictor final : public Node, public Refusing {
  public:
-  struct Params : PatchOptions {
+  struct Params : SoftContactOptions {
     std::int32_t iterations = 0;
     double stick_velocity = 0;  // m/s
     Integrator integrator = Integrator::implicit_euler;

@@ -9,13 +9,8 @@ namespace {
 
 class PatchSurface final : public SoftContactSource {
  public:
-  PatchSurface(const PatchOptions& options, const NodeContext& context)
-      : contacts_(*context.scene,
-                  {.margin = options.soft_margin,
-                   .spacing = options.soft_spacing,
-                   .max_contacts = options.soft_contacts,
-                   .most_work = options.soft_work},
-                  cell_distances({}, nullptr)) {}
+  PatchSurface(const SoftContactOptions& options, const NodeContext& context)
+      : contacts_(*context.scene, options, cell_distances({}, nullptr)) {}
   [[nodiscard]] int deformable() const override { return contacts_.deformable(); }
   bool find_on(const SoftFaces& faces, std::span<const Vec3> nodes_W, const Pose& X_WT,
                std::vector<SoftContact>& found) override {
@@ -28,7 +23,7 @@ class PatchSurface final : public SoftContactSource {
 
 }  // namespace
 
-std::unique_ptr<SoftContactSource> patch_contacts(const PatchOptions& options, const NodeContext& context) {
+std::unique_ptr<SoftContactSource> patch_contacts(const SoftContactOptions& options, const NodeContext& context) {
   if (context.scene->deformable().empty()) return nullptr;
   return std::make_unique<PatchSurface>(options, context);
 }

@@ -5,23 +5,13 @@
 #include <string>
 
 #include "framework/node/declare.hpp"
+#include "nodes/physics/contact/soft_contact_options.hpp"
 #include "nodes/physics/contact/soft_contact_source.hpp"
 
 namespace tactor {
 
-/// How contacts with deforming surfaces are found.
-struct SoftOptions {
-  double soft_margin = 0;   ///< m, distance below which contacts are found before they touch
-  double soft_spacing = 0;  ///< m, between samples of the surface; 0: by the rigid body's shape
-  std::int32_t soft_contacts = 0;
-};
-/// With the bound of a query.
-struct PatchOptions : SoftOptions {
-  std::int32_t soft_work = 0;
-};
-
 /// The tool of the scene against the faces of a patch; null where nothing deforms. Throws as SoftContacts does.
-std::unique_ptr<SoftContactSource> patch_contacts(const PatchOptions& options, const NodeContext& context);
+std::unique_ptr<SoftContactSource> patch_contacts(const SoftContactOptions& options, const NodeContext& context);
 
 /// Why a scene needs a patch; empty where nothing deforms.
 std::string something_deforms(const Scene& scene);
@@ -29,7 +19,8 @@ std::string something_deforms(const Scene& scene);
 /// Why a scene has no patch; empty where something deforms.
 std::string nothing_deforms(const Scene& scene);
 
-/// Adds SoftOptions to the declaration of N. `shared`: they are as in dynamics unless a graph gives them.
+/// Adds SoftContactOptions without `soft_work` to the declaration of N. `shared`: they are as in dynamics unless a
+/// graph gives them.
 template <class N>
 void declare_soft_contacts(Declare<N>& node, std::int32_t most_contacts, bool shared) {
   using P = typename N::Params;
@@ -61,7 +52,7 @@ void declare_soft_contacts(Declare<N>& node, std::int32_t most_contacts, bool sh
   });
 }
 
-/// Adds PatchOptions.
+/// Adds SoftContactOptions.
 template <class N>
 void declare_patch_contacts(Declare<N>& node) {
   using P = typename N::Params;

@@ -30,9 +30,9 @@ double surface_spacing(const ContactBody& body, double given) {
 /// The rigid body with the samples that meet a deforming surface.
 ContactBody soft_contact_body(const Body& body, const SoftContactOptions& options,
                               const MakeMeshDistance& make_distance, Notes* notes) {
-  double spacing = options.spacing;
+  double spacing = options.soft_spacing;
   if (body.mesh() != nullptr && spacing == 0) spacing = bounds_of(load_body_mesh(body)).longest() / 16;
-  return ContactBody(body, spacing, true, options.margin, make_distance, notes);
+  return ContactBody(body, spacing, true, options.soft_margin, make_distance, notes);
 }
 
 bool has_balls(const ContactBody& body) {
@@ -43,12 +43,14 @@ SoftContactOptions checked(const SoftContactOptions& options) {
   const auto refuse = [](const std::string& path, const std::string& expected, double found) {
     throw ValueError(path, "expected " + expected + ", found " + std::to_string(found));
   };
-  if (!(options.margin >= 0 && std::isfinite(options.margin))) refuse("margin", "0 m or more", options.margin);
-  if (!(options.spacing >= 0 && std::isfinite(options.spacing))) refuse("spacing", "0 m or more", options.spacing);
-  if (options.max_contacts < 4 || options.max_contacts > ContactSet::capacity) {
-    refuse("max_contacts", "4 to " + std::to_string(ContactSet::capacity), options.max_contacts);
+  if (!(options.soft_margin >= 0 && std::isfinite(options.soft_margin)))
+    refuse("margin", "0 m or more", options.soft_margin);
+  if (!(options.soft_spacing >= 0 && std::isfinite(options.soft_spacing)))
+    refuse("spacing", "0 m or more", options.soft_spacing);
+  if (options.soft_contacts < 4 || options.soft_contacts > ContactSet::capacity) {
+    refuse("max_contacts", "4 to " + std::to_string(ContactSet::capacity), options.soft_contacts);
   }
-  if (options.most_work < 0) refuse("most_work", "0 or more", options.most_work);
+  if (options.soft_work < 0) refuse("most_work", "0 or more", options.soft_work);
   return options;
 }
 
@@ -109,22 +111,22 @@ std::pair<double, double> inside(const Bounds& box, const Vec3& p, const Vec3& e
 
 }  // namespace
 
-SoftContacts::Side::Side(const SoftContactOptions& options, std::size_t most) : reduction(options.max_contacts, most) {
+SoftContacts::Side::Side(const SoftContactOptions& options, std::size_t most) : reduction(options.soft_contacts, most) {
   contacts.reserve(most);
   spots.reserve(most);
 }
 
 SoftContacts::SoftContacts(const Scene& scene, const SoftContactOptions& options, const MakeMeshDistance& make_distance,
                            Notes* notes)
-    : margin_(checked(options).margin),
-      most_work_(options.most_work),
+    : margin_(checked(options).soft_margin),
+      most_work_(options.soft_work),
       deformable_(scene.deformable().size()),
       all_(options, usual_soft_contacts),
-      patch_(options, static_cast<std::size_t>(options.most_work) + 1),
+      patch_(options, static_cast<std::size_t>(options.soft_work) + 1),
       set_(std::make_unique<ContactSet>()) {
   const auto take = [&](const Body& body, std::int32_t index) {
     ContactBody made = soft_contact_body(body, options, make_distance, notes);
-    const double spacing = surface_spacing(made, options.spacing);
+    const double spacing = surface_spacing(made, options.soft_spacing);
     std::vector<Material> material;
     for (const std::size_t k : scene.deformable()) material.push_back(combine(body.material, scene.bodies[k].material));
     SoftSampleTree samples(has_balls(made) ? std::vector<SurfaceSample>{} : made.samples.points);

@@ -11,6 +11,7 @@
 #include "nodes/physics/contact/contact_body.hpp"
 #include "nodes/physics/contact/contact_reduction.hpp"
 #include "nodes/physics/contact/soft_contact.hpp"
+#include "nodes/physics/contact/soft_contact_options.hpp"
 #include "nodes/physics/contact/soft_samples.hpp"
 #include "nodes/physics/contact/soft_surface.hpp"
 
@@ -21,13 +22,6 @@ struct SoftSurface {
   std::vector<std::array<std::int32_t, 3>> faces;  ///< nodes, counted through all bodies
   std::vector<std::int32_t> body;                  ///< of each face: index in Scene::deformable()
   std::vector<double> area;                        ///< m^2 of each face, at rest
-};
-
-struct SoftContactOptions {
-  double margin = 0.002;                             ///< m, distance below which contacts are found before they touch
-  double spacing = 0;                                ///< m, between samples; 0: by the rigid body's shape
-  std::int32_t max_contacts = ContactSet::capacity;  ///< 4 to ContactSet::capacity; of more, some stand for all
-  std::int32_t most_work = 20'000;                   ///< steps of work of find_on
 };
 
 /// What pushes:
@@ -75,15 +69,15 @@ class SoftContacts {
 
   /// Takes the whole surface, before the first `find`. `nodes_at_rest`: m, in W, as many as `find` is given.
   void set_surface(SoftSurface surface, std::span<const Vec3> nodes_at_rest);
-  /// Sets `found` to the contacts of all rigid bodies, with the nodes at nodes_W (m). Of more than max_contacts
+  /// Sets `found` to the contacts of all rigid bodies, with the nodes at nodes_W (m). Of more than soft_contacts
   /// ContactReduction chooses. Allocates nothing once it has met the most contacts.
   void find(std::span<const Vec3> nodes_W, const BodyStates& bodies, std::vector<SoftContact>& found);
 
   /// The contacts of the tool alone with a few faces, at most 96 of them over at most 48 nodes, which need not be those
   /// of the last call: the surface ends where they do. `body`, `areas`: of each face, as in SoftSurface.
   /// SoftContact::node counts in nodes_W. What it finds is what `find` would find of these faces. False, and none are
-  /// found, where it takes more than `most_work` steps: looks at a face or a box of them, at a row of samples, at a
-  /// sample, or at a leaf of the tree of faces. Allocates nothing where `found` has room for max_contacts.
+  /// found, where it takes more than `soft_work` steps: looks at a face or a box of them, at a row of samples, at a
+  /// sample, or at a leaf of the tree of faces. Allocates nothing where `found` has room for soft_contacts.
   bool find_on(std::span<const std::array<std::int32_t, 3>> faces, std::span<const std::int32_t> body,
                std::span<const double> areas, std::span<const Vec3> nodes_W, const Pose& X_WT,
                std::vector<SoftContact>& found);

@@ -2,27 +2,19 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
-#include <vector>
 
 #include <Eigen/Core>
-#include <Eigen/SparseCore>
 
-#include "nodes/physics/contact/soft_contacts.hpp"
+#include "nodes/physics/deformable/deformable_options.hpp"
+#include "nodes/physics/deformable/node_equation.hpp"
 #include "nodes/physics/deformable/patch_choice.hpp"
+#include "nodes/physics/deformable/patch_step.hpp"
 #include "nodes/physics/deformable/soft_scene.hpp"
-#include "nodes/physics/deformable/updated_factor.hpp"
+#include "nodes/physics/deformable/step_contacts.hpp"
+#include "nodes/physics/deformable/step_factor.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 
 namespace tactor {
-
-struct DeformableOptions {
-  FactorKind factor = FactorKind::automatic;
-  int iterations = 8;       ///< of Newton's method a step, at most
-  double tolerance = 1e-3;  ///< of the forces on the nodes: what may be left of their equation
-  bool reuse = true;        ///< factors of earlier steps, as long as they do
-  PatchChoiceOptions patch;
-};
 
 /// What steps have taken so far.
 struct DeformableCounts {
@@ -58,20 +50,23 @@ struct DeformableCounts {
 /// than before plus the work of contacts; this is counted as damped. No state is made that is not finite: all stay at
 /// rest instead.
 ///
-/// **Factors.** K costs an assembly and A a factorisation. With `reuse` a factor of an earlier step serves, also of one
-/// up to 15 % longer or shorter, and learns from each iteration (UpdatedFactor). Contacts see the same compliance as
-/// the nodes, and what is left is judged by the forces as they are, so that an old factor costs iterations and no
-/// accuracy. What it costs is added up from step to step: an iteration that leaves the share c of what the factor was
-/// to solve wastes 1 - log c / log 0.1 of itself, because a factor of where the nodes are leaves about a tenth. Where
-/// that comes to more than an assembly and a factorisation, as both are told by counts of multiplications, A is
-/// factored anew: after one slow iteration or two for a small body, after many for a large one. So it is where the
-/// iterations that are left would not do, and where a displacement had to be halved. Without `reuse` each step factors
-/// A, and again where an iteration leaves more than a third.
+/// **Factors.** K costs an assembly and A a factorisation. With reuse_factors a factor of an earlier step serves, also
+/// of one up to 15 % longer or shorter, and learns from each iteration (UpdatedFactor). Contacts see the same
+/// compliance as the nodes, and what is left is judged by the forces as they are, so that an old factor costs
+/// iterations and no accuracy. What it costs is added up from step to step: an iteration that leaves the share c of
+/// what the factor was to solve wastes 1 - log c / log 0.1 of itself, because a factor of where the nodes are leaves
+/// about a tenth. Where that comes to more than an assembly and a factorisation, as both are told by counts of
+/// multiplications, A is factored anew: after one slow iteration or two for a small body, after many for a large one.
+/// So it is where the iterations that are left would not do, and where a displacement had to be halved. Without
+/// reuse_factors each step factors A, and again where an iteration leaves more than a third.
 class DeformableStep {
  public:
   /// `model`: of the rigid bodies. `soft` and `tool` must outlive it.
   DeformableStep(const SoftScene& soft, SoftContacts& contacts, const ContactBody& tool, const SystemModel& model,
                  const DeformableOptions& options, const Vec3& gravity_W);
+
+  DeformableStep(const DeformableStep&) = delete;
+  DeformableStep& operator=(const DeformableStep&) = delete;
 
   /// Sets all nodes to these places (m) at rest.
   void place(const Eigen::VectorXd& x);
@@ -83,6 +78,7 @@ class DeformableStep {
                      const ContactPlanes& rigid, double h, BodyStates& bodies);
 
   [[nodiscard]] const SoftScene& soft() const { return soft_; }
+  [[nodiscard]] const DeformableOptions& options() const { return options_; }
   [[nodiscard]] const SystemModel& model() const { return rigid_step_.model(); }
   [[nodiscard]] const Eigen::VectorXd& x() const { return x_; }  ///< m, of all nodes
   [[nodiscard]] const Eigen::VectorXd& v() const { return v_; }  ///< m/s, of the unknowns
@@ -94,71 +90,43 @@ class DeformableStep {
   /// before, and the step then does not look again. The way of the tool counts for the horizon that was set last.
   void refresh(const BodyStates& bodies);
   /// So many iterations cost what an assembly and a factorisation do, by counts of multiplications. After a step.
-  [[nodiscard]] double iterations_a_factor_is_worth() const;
+  [[nodiscard]] double iterations_a_factor_is_worth() const { return factor_.iterations_it_is_worth(); }
   /// J, of all nodes: kinetic, elastic, and of weight.
-  [[nodiscard]] double energy() const;
+  [[nodiscard]] double energy() const { return equation_.energy(x_, v_); }
 
   /// N, of elasticity and weight on the unknowns at x, as the last step left them.
-  [[nodiscard]] const Eigen::VectorXd& inner_force() const { return force_; }
+  [[nodiscard]] const Eigen::VectorXd& inner_force() const { return equation_.inner_force(); }
 
  private:
-  [[nodiscard]] double mass_share(int body, double h) const;
-  [[nodiscard]] double stiffness_share(int body, double h) const;
-  bool factor(double h, ElasticModel::Tangent tangent);
-  void prepare_damping(double h);
-  bool is_factor_due(double contraction, int to_go, bool fresh);
-  void damp(const Eigen::VectorXd& way, Eigen::VectorXd& sum);
-  void take_way(const Eigen::VectorXd& x);
-  void take_force(const Eigen::VectorXd& x);
-  void residual(const Eigen::VectorXd& x, double h, Eigen::VectorXd& left);
-  [[nodiscard]] double allowed(const Eigen::VectorXd& x) const;
-  [[nodiscard]] double merit(const Eigen::VectorXd& x, double h);
-  void find_contacts(const Eigen::VectorXd& x, const BodyStates& bodies);
-  bool look_ahead(const BodyStates& start, const BodyStates& end, const Eigen::VectorXd& x_end);
-  StepResult solve_contacts(RigidStep& rigid_step, const CouplingParameters& coupling, const DeviceState& before,
-                            const DeviceState& device, const ContactPlanes& rigid, double h, double solved,
-                            BodyStates& bodies);
-  bool solve(RigidStep& rigid_step, const CouplingParameters& coupling, const DeviceState& before,
-             const DeviceState& device, const ContactPlanes& rigid, double h, BodyStates& bodies, StepResult& result);
-  double take(double h, bool midpoint);
-  bool advance_by_midpoint(const CouplingParameters& coupling, const DeviceState& before, const DeviceState& device,
-                           const ContactPlanes& rigid, double h, BodyStates& bodies, StepResult& result);
   [[nodiscard]] bool by_midpoint(const CouplingParameters& coupling) const;
-  [[nodiscard]] double kinetic() const;  // J
-  [[nodiscard]] double stored() const;   // J, kinetic and elastic
+  bool factor(double h, ElasticModel::Tangent tangent);
+  [[nodiscard]] double allowed(const Eigen::VectorXd& x) const;
+  const Eigen::VectorXd& x_end(bool midpoint);
+  void push();
+  double halve_way(double was_left, double solved);
+  bool solve(RigidStep& rigid_step, const StepInput& input, BodyStates& bodies, StepResult& result);
+  double take(double h, bool midpoint);
+  bool advance_by_midpoint(const StepInput& input, BodyStates& bodies, StepResult& result);
+  [[nodiscard]] double stored() const { return equation_.stored(x_, v_); }
   [[nodiscard]] double energy_rounding(double work) const;
-  void add(const Eigen::VectorXd& by_unknown, double share, Eigen::VectorXd& x) const;
-  void by_unknown(const Eigen::VectorXd& x, Eigen::VectorXd& values) const;
   void limit_energy(double before, double work);
 
   const SoftScene& soft_;
-  SoftContacts& contacts_;
   DeformableOptions options_;
   RigidStep rigid_step_, euler_step_;
-  double tool_radius_;  // m
   PatchChoice patch_;
-  UpdatedFactor factor_;
-  Eigen::VectorXd weight_;  // N
+  StepContacts contacts_;
+  NodeEquation equation_;
+  StepFactor factor_;
+  PatchStep patch_step_;
   Eigen::VectorXd x_, v_;
   double spare_ = 0;  // J, that steps of the midpoint rule have lost and not taken back
   DeformableCounts counts_;
 
-  // Of the step that is solved.
-  Eigen::SparseMatrix<double> K_, A_, damping_K_;
-  double factored_h_ = 0, stiffest_ = 0;  // s; N/m, the norm of A's diagonal
-  bool analysed_ = false;
-  double wasted_ = 0;                                                  // iterations, since the last factorisation
-  Eigen::VectorXd x0_, x_i_, x_free_, x_query_, x_force_, scratch_x_;  // m, of all nodes
-  Eigen::VectorXd force_;                         // N, of elasticity and weight where the residual was last taken
-  Eigen::VectorXd inertia_force_, damper_force_;  // N, likewise
-  Eigen::VectorXd contact_force_;                 // N, of contacts on the unknowns
-  Eigen::VectorXd left_, without_contact_, d_, scratch_, product_, way_;  // by unknown
-  Eigen::MatrixXd patch_inertia_;
-  Eigen::VectorXd patch_velocity_, patch_free_, patch_solved_, patch_force_;
-  std::vector<Vec3> nodes_W_, patch_p_W_, patch_query_;
-  std::vector<SoftContact> found_, ahead_, touching_;
-  BodyStates query_;
-  bool is_refreshed_ = false;  // found_ and the patch are those of x_query_ and query_
+  // Of an iteration.
+  Eigen::VectorXd x_i_, x_next_, x_end_;    // m, of all nodes: before, after, and at the end of the step
+  Eigen::VectorXd left_, without_contact_;  // N, of the equation, and that but for the contacts' force
+  Eigen::VectorXd d_, pushed_;              // m, from x_i_ to x_next_, and what contacts add to it
 };
 
 }  // namespace tactor

@@ -195,6 +195,21 @@ void ElasticModel::make_mass() {
   }
 }
 
+void ElasticModel::displace(const Eigen::VectorXd& u, double share, Eigen::VectorXd& x) const {
+  for (int unknown = 0; unknown < unknowns(); unknown += 3) {
+    x.segment<3>(3 * node_of(unknown)) += share * u.segment<3>(unknown);
+  }
+}
+
+double ElasticModel::work(const Eigen::VectorXd& force, const Eigen::VectorXd& x) const {
+  double sum = 0;
+  for (int unknown = 0; unknown < unknowns(); unknown += 3) {
+    const Eigen::Index at = 3 * node_of(unknown);
+    sum += force.segment<3>(unknown).dot(x.segment<3>(at) - rest_.segment<3>(at));
+  }
+  return sum;
+}
+
 double ElasticModel::volume() const {
   double sum = 0;
   for (const Element& element : elements_) sum += element.volume;

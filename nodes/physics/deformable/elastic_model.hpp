@@ -50,6 +50,10 @@ class ElasticModel {
   [[nodiscard]] const std::vector<SoftBody>& bodies() const { return bodies_; }
   [[nodiscard]] Elasticity law() const { return law_; }
   [[nodiscard]] ElementOrder order() const { return order_; }
+  /// Adds `share` times the displacement u (m, of the unknowns) to x (m, of all nodes).
+  void displace(const Eigen::VectorXd& u, double share, Eigen::VectorXd& x) const;
+  /// J, the work of `force` (N, on the unknowns) from rest to x (m, of all nodes).
+  [[nodiscard]] double work(const Eigen::VectorXd& force, const Eigen::VectorXd& x) const;
   /// Tetrahedra of all bodies.
   [[nodiscard]] int elements() const { return static_cast<int>(elements_.size()); }
   /// m, 3 * nodes(): positions at rest.

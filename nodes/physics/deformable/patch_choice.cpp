@@ -16,10 +16,11 @@ constexpr double beyond = std::numeric_limits<double>::infinity();  // m
 
 }  // namespace
 
-PatchChoice::PatchChoice(const SoftScene& soft, const ContactBody& tool, const PatchChoiceOptions& options)
+PatchChoice::PatchChoice(const SoftScene& soft, const ContactBody& tool, const DeformableOptions& options)
     : soft_(soft),
       tool_(tool),
-      options_(options),
+      most_nodes_(static_cast<std::size_t>(options.patch_nodes)),
+      reach_(options.patch_reach),
       distance_(static_cast<std::size_t>(soft.model.nodes()), beyond),
       place_(static_cast<std::size_t>(soft.model.nodes()), -1) {
   near_.reserve(soft.surface_nodes.size());
@@ -30,10 +31,10 @@ PatchChoice::PatchChoice(const SoftScene& soft, const ContactBody& tool, const P
 /// Fills candidates_ with the free surface nodes and the middles of faces within reach of the tool's way, the one with
 /// the least bound of its distance on top of the heap.
 void PatchChoice::look_for_candidates(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT) {
-  const Vec3 way = options_.horizon * V_WT.v;
+  const Vec3 way = horizon_ * V_WT.v;
   const Vec3 middle = transform(X_WT, tool_.p_BM);
   const double length = dot(way, way);
-  const double reach = options_.reach + tool_.radius;
+  const double reach = reach_ + tool_.radius;
   const Quat R_TW = inverse(X_WT.R);
   candidates_.clear();
   const auto add = [&](const Vec3& p, const std::array<std::int32_t, 3>& nodes) {
@@ -73,7 +74,7 @@ void PatchChoice::look_around(const Eigen::VectorXd& x, const Pose& X_WT, const 
   std::fill(distance_.begin(), distance_.end(), beyond);
   known_.clear();
   const auto bring_near = [this](int node, double distance) {
-    if (soft_.model.unknown_of(node) < 0 || !(distance < options_.reach)) return;
+    if (soft_.model.unknown_of(node) < 0 || !(distance < reach_)) return;
     double& nearest = distance_[static_cast<std::size_t>(node)];
     if (nearest == beyond) known_.push_back(node);
     nearest = std::min(nearest, distance);
@@ -83,9 +84,9 @@ void PatchChoice::look_around(const Eigen::VectorXd& x, const Pose& X_WT, const 
     for (const std::int32_t node : contact.node) bring_near(node, contact.contact.distance);
   }
   look_for_candidates(x, X_WT, V_WT);
-  const auto wanted = static_cast<std::ptrdiff_t>(options_.nodes);
+  const auto wanted = static_cast<std::ptrdiff_t>(most_nodes_);
   // Until as many nodes are known to be nearer than anything that has not been looked at.
-  while (!candidates_.empty() && candidates_.front().bound < options_.reach) {
+  while (!candidates_.empty() && candidates_.front().bound < reach_) {
     std::pop_heap(candidates_.begin(), candidates_.end());
     const Candidate next = candidates_.back();
     candidates_.pop_back();
@@ -96,19 +97,19 @@ void PatchChoice::look_around(const Eigen::VectorXd& x, const Pose& X_WT, const 
   }
   near_.clear();
   for (const int node : known_) near_.push_back({distance_[static_cast<std::size_t>(node)], node});
-  const auto kept = std::min(near_.size(), static_cast<std::size_t>(options_.nodes));
+  const auto kept = std::min(near_.size(), most_nodes_);
   std::partial_sort(near_.begin(), near_.begin() + static_cast<std::ptrdiff_t>(kept), near_.end());
   near_.resize(kept);
   // Those that are touched or about to be, and as many around them.
-  const auto touched = static_cast<std::size_t>(std::count_if(
-      near_.begin(), near_.end(), [&](const Near& n) { return n.distance < about_to_touch * options_.reach; }));
+  const auto touched = static_cast<std::size_t>(
+      std::count_if(near_.begin(), near_.end(), [&](const Near& n) { return n.distance < about_to_touch * reach_; }));
   near_.resize(std::min(near_.size(), std::max(2 * touched, fewest_nodes)));
 }
 
 bool PatchChoice::serves(std::span<const SoftContact> contacts) const {
   const std::size_t others = nodes_.size() - around_tool_;
   if (near_.empty() && around_tool_ > 0) return false;
-  const std::size_t few = std::min(fewest_nodes, static_cast<std::size_t>(options_.nodes));
+  const std::size_t few = std::min(fewest_nodes, most_nodes_);
   const std::size_t needed = near_.size() < few ? near_.size() : 2 * near_.size() / 3;
   for (std::size_t i = 0; i < needed; ++i) {
     const int place = place_of(near_[i].node);

@@ -8,32 +8,29 @@
 
 #include "nodes/physics/contact/contact_body.hpp"
 #include "nodes/physics/contact/soft_contact.hpp"
+#include "nodes/physics/deformable/deformable_options.hpp"
 #include "nodes/physics/deformable/soft_scene.hpp"
 
 namespace tactor {
 
-struct PatchChoiceOptions {
-  int nodes = 36;      ///< around the tool at most; no more than LocalPatch::capacity
-  double reach = 0;    ///< m, how far from the tool they may be
-  double horizon = 0;  ///< s, for how long the tool's way counts too
-};
-
 /// The patch of a tool: the free surface nodes nearest to it, where it is and where its velocity takes it within the
-/// horizon. They are twice as many as those nearer than a twentieth of the reach, 16 at least and `nodes` at most: what
-/// a large tool touches needs more of them, and each costs time. A node is as near as the middle of any of its faces,
-/// and as any contact of the tool there: a large face that is touched in its middle is kept whole, also where the tool
-/// touches at two places. The patch stays as it is while it has the nearest two thirds of them, because another one
-/// costs a new order of elimination. Before them stand nodes that contacts of other bodies touch.
+/// horizon. They are twice as many as those nearer than a twentieth of the reach, 16 at least and patch_nodes at most:
+/// what a large tool touches needs more of them, and each costs time. A node is as near as the middle of any of its
+/// faces, and as any contact of the tool there: a large face that is touched in its middle is kept whole, also where
+/// the tool touches at two places. The patch stays as it is while it has the nearest two thirds of them, because
+/// another one costs a new order of elimination. Before them stand nodes that contacts of other bodies touch.
 class PatchChoice {
  public:
-  PatchChoice(const SoftScene& soft, const ContactBody& tool, const PatchChoiceOptions& options);
+  PatchChoice(const SoftScene& soft, const ContactBody& tool, const DeformableOptions& options);
 
   /// Chooses anew where the one before does not do; true where it changed. `x`: m, of the model's nodes. `contacts`:
   /// those that are expected, in the model's nodes.
   bool update(const Eigen::VectorXd& x, const Pose& X_WT, const Twist& V_WT, std::span<const SoftContact> contacts);
 
-  /// s, from the next `update` on.
-  void set_horizon(double horizon) { options_.horizon = horizon; }
+  /// s, for how long the tool's way counts, from the next `update` on.
+  void set_horizon(double horizon) { horizon_ = horizon; }
+  /// s, until it is set.
+  static constexpr double first_horizon = 0.03;
 
   /// Nodes of the model, all free: those that only others touch, then those around the tool.
   [[nodiscard]] const std::vector<int>& nodes() const { return nodes_; }
@@ -66,7 +63,8 @@ class PatchChoice {
 
   const SoftScene& soft_;
   const ContactBody& tool_;
-  PatchChoiceOptions options_;
+  std::size_t most_nodes_;
+  double reach_, horizon_ = first_horizon;  // m, s
   std::vector<Near> near_;
   std::vector<Candidate> candidates_;
   std::vector<double> distance_;  // m, of each node, as far as it is known

@@ -76,8 +76,8 @@ SoftSurface surface_of(const ElasticModel& model) {
 
 }  // namespace
 
-SoftScene soft_scene(const Scene& scene, Elasticity law, ElementOrder order, Notes* notes) {
-  SoftScene soft{ElasticModel(soft_bodies(scene, notes), law, order), {}, {}, {}};
+SoftScene soft_scene(const Scene& scene, const DeformableOptions& options, Notes* notes) {
+  SoftScene soft{ElasticModel(soft_bodies(scene, notes), options.law, options.elements), {}, {}, {}};
   soft.surface = surface_of(soft.model);
   for (const auto& face : soft.surface.faces) {
     soft.surface_nodes.insert(soft.surface_nodes.end(), face.begin(), face.end());

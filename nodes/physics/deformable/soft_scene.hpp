@@ -5,6 +5,7 @@
 
 #include "framework/core/scene.hpp"
 #include "nodes/physics/contact/soft_contacts.hpp"
+#include "nodes/physics/deformable/deformable_options.hpp"
 #include "nodes/physics/deformable/elastic_model.hpp"
 #include "nodes/physics/mesh/body_mesh.hpp"
 
@@ -21,6 +22,6 @@ struct SoftScene {
 };
 
 /// Throws InputError where nothing deforms or a body's volume cannot be made; adds to `notes` as load_body_volume does.
-SoftScene soft_scene(const Scene& scene, Elasticity law, ElementOrder order, Notes* notes);
+SoftScene soft_scene(const Scene& scene, const DeformableOptions& options, Notes* notes);
 
 }  // namespace tactor

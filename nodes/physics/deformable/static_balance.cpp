@@ -27,24 +27,6 @@ bool factor_stiffness(const ElasticModel& model, const Eigen::VectorXd& x, Spars
   return false;
 }
 
-void displace(const ElasticModel& model, const Eigen::VectorXd& from, const Eigen::VectorXd& step, double share,
-              Eigen::VectorXd& to) {
-  to = from;
-  for (int unknown = 0; unknown < model.unknowns(); unknown += 3) {
-    to.segment<3>(3 * model.node_of(unknown)) += share * step.segment<3>(unknown);
-  }
-}
-
-/// outer . (x - rest): what the outer forces have done.
-double work_of(const ElasticModel& model, const Eigen::VectorXd& outer, const Eigen::VectorXd& x) {
-  double sum = 0;
-  for (int unknown = 0; unknown < model.unknowns(); unknown += 3) {
-    const Eigen::Index at = 3 * model.node_of(unknown);
-    sum += outer.segment<3>(unknown).dot(x.segment<3>(at) - model.rest().segment<3>(at));
-  }
-  return sum;
-}
-
 }  // namespace
 
 Balance settle(const ElasticModel& model, const Eigen::VectorXd& start, const Vec3& gravity,
@@ -77,12 +59,13 @@ Balance settle(const ElasticModel& model, const Eigen::VectorXd& start, const Ve
     factor->solve(step);
     // Along the step the energy falls by this a unit at first.
     const double slope = step.dot(elastic + outer);
-    const double stored = model.energy(balance.x), done = work_of(model, outer, balance.x);
+    const double stored = model.energy(balance.x), done = model.work(outer, balance.x);
     const double rounding_of_energy = 1e-11 * (std::abs(stored) + std::abs(done));
     bool found = false;
     for (double share = 1; share > 1e-12 && !found; share *= 0.5) {
-      displace(model, balance.x, step, share, tried);
-      const double change = model.energy(tried) - stored - (work_of(model, outer, tried) - done);
+      tried = balance.x;
+      model.displace(step, share, tried);
+      const double change = model.energy(tried) - stored - (model.work(outer, tried) - done);
       found = std::isfinite(change) && change <= -1e-4 * share * slope;
       if (found || !(change <= rounding_of_energy)) continue;
       model.force(tried, tried_force);

@@ -85,7 +85,7 @@ BOOST_AUTO_TEST_CASE(a_ball_pressed_into_a_flat_surface_feels_the_pressure_of_it
     for (const int count : {4, 11, 40}) {
       for (const auto& [spacing, most] : {std::pair{0.0, 0.12}, {0.001, 0.03}, {0.0005, 0.01}}) {
         SoftContactOptions options;
-        options.spacing = spacing;
+        options.soft_spacing = spacing;
         Press press(SphereShape{r}, soft_mesh(flat_grid(0.06, count)), options);
         double worst = 0;
         for (int i = 0; i < 5; ++i) {
@@ -173,8 +173,8 @@ BOOST_AUTO_TEST_CASE(turned_and_shifted_together_a_tool_and_a_surface_have_the_s
 BOOST_AUTO_TEST_CASE(samples_go_by_the_area_at_rest) {
   // Stretched to twice its length the surface has the same samples, each of the same weight.
   SoftContactOptions options;
-  options.margin = 0.1;
-  options.spacing = 0.005;
+  options.soft_margin = 0.1;
+  options.soft_spacing = 0.005;
   Press all(SphereShape{0.01}, soft_mesh(flat_grid(0.02, 4)), options);
   std::vector<Vec3> wide = all.rest.nodes;
   for (Vec3& p : wide) p.x *= 2;

@@ -147,7 +147,7 @@ BOOST_AUTO_TEST_CASE(a_query_of_a_patch_ends_where_its_work_does) {
       BOOST_TEST(needed > 60);
       for (const int most : {0, 1, needed / 2, needed - 1, needed, needed + 1}) {
         SoftContactOptions options;
-        options.most_work = most;
+        options.soft_work = most;
         SoftContacts bounded(tool_and_soft(tool.shape), options, tree_distances());
         const bool enough = find_on(bounded, mesh, mesh.nodes, X, found);
         BOOST_TEST(enough == (most >= needed));
@@ -161,7 +161,7 @@ BOOST_AUTO_TEST_CASE(a_query_of_a_patch_ends_where_its_work_does) {
 BOOST_AUTO_TEST_CASE(the_same_queries_find_the_same_bytes) {
   for (const Tool& tool : tools()) {
     SoftContactOptions options;
-    options.max_contacts = 24;
+    options.soft_contacts = 24;
     Press a(tool.shape, bumpy(), options), b(tool.shape, bumpy(), options);
     std::vector<Vec3> nodes = a.rest.nodes;
     for (int k = 0; k < 20; ++k) {
@@ -179,9 +179,9 @@ BOOST_AUTO_TEST_CASE(of_many_contacts_those_kept_have_the_force_and_the_torque_o
     if (!spacings.contains(tool.name)) continue;
     BOOST_TEST_CONTEXT(tool.name) {
       SoftContactOptions more, few;
-      more.margin = few.margin = 0.0001;
-      more.spacing = few.spacing = spacings.at(tool.name);
-      few.max_contacts = 32;
+      more.soft_margin = few.soft_margin = 0.0001;
+      more.soft_spacing = few.soft_spacing = spacings.at(tool.name);
+      few.soft_contacts = 32;
       Press all(tool.shape, bumpy(), more), some(tool.shape, bumpy(), few);
       int compared = 0, exact = 0;
       for (int k = 0; k < 40; ++k) {
@@ -212,7 +212,7 @@ BOOST_AUTO_TEST_CASE(the_force_does_not_jump_as_a_tool_is_led_over_bumps) {
   for (const Tool& tool : tools()) {
     for (const int most : {ContactSet::capacity, 32}) {
       SoftContactOptions options;
-      options.max_contacts = most;
+      options.soft_contacts = most;
       Press press(tool.shape, bumpy(), options);
       Vec3 last;
       double worst = 0, largest = 0;
@@ -300,7 +300,7 @@ BOOST_AUTO_TEST_CASE(two_deformable_bodies_and_several_rigid_ones_are_told_apart
     for (const Vec3& p : grid.vertices) both.nodes.push_back(p + Vec3{x, 0, 0.001});
   }
   SoftContactOptions options;
-  options.max_contacts = 24;
+  options.soft_contacts = 24;
   SoftContacts contacts(scene, options, tree_distances());
   contacts.set_surface(both.surface, both.nodes);
   BodyStates bodies;
@@ -338,12 +338,12 @@ BOOST_AUTO_TEST_CASE(options_out_of_bounds_are_refused_by_name) {
     return std::string();
   };
   BOOST_TEST(refused({}) == "");
-  BOOST_TEST(refused({.margin = -1e-3}) == "margin");
-  BOOST_TEST(refused({.margin = std::numeric_limits<double>::quiet_NaN()}) == "margin");
-  BOOST_TEST(refused({.spacing = -1}) == "spacing");
-  BOOST_TEST(refused({.max_contacts = 3}) == "max_contacts");
-  BOOST_TEST(refused({.max_contacts = 129}) == "max_contacts");
-  BOOST_TEST(refused({.most_work = -1}) == "most_work");
+  BOOST_TEST(refused({.soft_margin = -1e-3}) == "margin");
+  BOOST_TEST(refused({.soft_margin = std::numeric_limits<double>::quiet_NaN()}) == "margin");
+  BOOST_TEST(refused({.soft_spacing = -1}) == "spacing");
+  BOOST_TEST(refused({.soft_contacts = 3}) == "max_contacts");
+  BOOST_TEST(refused({.soft_contacts = 129}) == "max_contacts");
+  BOOST_TEST(refused({.soft_work = -1}) == "most_work");
 }
 
 BOOST_AUTO_TEST_CASE(without_a_tool_or_faces_nothing_is_found) {

@@ -23,7 +23,7 @@ constexpr double radius = 0.008;  // m
 class BallContacts final : public SoftContactSource {
  public:
   explicit BallContacts(const Scene& scene)
-      : contacts_(scene, {.max_contacts = 128, .most_work = 100'000}, cell_distances({}, nullptr)) {}
+      : contacts_(scene, {.soft_contacts = 128, .soft_work = 100'000}, cell_distances({}, nullptr)) {}
   [[nodiscard]] int deformable() const override { return 1; }
   bool find_on(const SoftFaces& faces, std::span<const Vec3> nodes_W, const Pose& X_WT,
                std::vector<SoftContact>& found) override {
@@ -68,7 +68,7 @@ double off(SoftRig& rig, const Hand& hand, double until, int ticks) {
   rig.coupling.force_max = 100;
   double t = 0;
   while (t < until - 1e-9) rig.advance(tick, hand.at(t += tick));
-  Condensation condensation(*rig.step, FactorKind::eigen, 8, 4);
+  Condensation condensation(*rig.step, 4);
   rig.step->refresh(rig.bodies);
   const auto patch = condensation.condense();
   BOOST_REQUIRE(patch.has_value());
@@ -96,7 +96,7 @@ double off(SoftRig& rig, const Hand& hand, double until, int ticks) {
   return worst;
 }
 
-const RigOptions fine{.tolerance = 1e-7, .reuse = true};
+const RigOptions fine{.tolerance = 1e-7, .reuse = true, .far_nodes = 8};
 
 }  // namespace
 

@@ -22,11 +22,22 @@ struct RigOptions {
   int iterations = 30;
   double tolerance = 1e-10;
   bool reuse = false;
-  int patch_nodes = 24;
+  int patch_nodes = 24, far_nodes = 0;
   double patch_reach = 0.04;              // m
   FactorKind factor = FactorKind::eigen;  // the same numbers everywhere
   double stick_velocity = 1e-4;           // m/s
   double margin = 0.002, spacing = 0;     // m, of contacts
+  [[nodiscard]] DeformableOptions deformable() const {
+    return {.law = law,
+            .elements = order,
+            .solver = factor,
+            .newton_iterations = iterations,
+            .tolerance = tolerance,
+            .reuse_factors = reuse,
+            .patch_nodes = patch_nodes,
+            .patch_far_nodes = far_nodes,
+            .patch_reach = patch_reach};
+  }
 };
 
 /// A box of `size` about `middle`, of cells of about `edge` (m).
@@ -75,20 +86,14 @@ class SoftRig {
  public:
   explicit SoftRig(Scene s, const RigOptions& options = {})
       : scene(std::move(s)),
-        soft(soft_scene(scene, options.law, options.order, nullptr)),
+        soft(soft_scene(scene, options.deformable(), nullptr)),
         tool_(*scene.tool(), 0, false, options.patch_reach, cell_distances({}, nullptr), nullptr),
-        contacts_(scene, {.margin = options.margin, .spacing = options.spacing}, cell_distances({}, nullptr)) {
+        contacts_(scene, {.soft_margin = options.margin, .soft_spacing = options.spacing},
+                  cell_distances({}, nullptr)) {
     std::vector<Vec3> rest;
     for (int i = 0; i < model().nodes(); ++i) rest.push_back(at(model().rest(), i));
     contacts_.set_surface(soft.surface, rest);
-    step.emplace(
-        soft, contacts_, tool_, rig_model(scene, options),
-        DeformableOptions{.factor = options.factor,
-                          .iterations = options.iterations,
-                          .tolerance = options.tolerance,
-                          .reuse = options.reuse,
-                          .patch = {.nodes = options.patch_nodes, .reach = options.patch_reach, .horizon = 0.03}},
-        scene.gravity_W);
+    step.emplace(soft, contacts_, tool_, rig_model(scene, options), options.deformable(), scene.gravity_W);
     for (const std::size_t i : scene.moving()) {
       bodies.X_WB[static_cast<std::size_t>(bodies.count++)] = scene.bodies[i].X_WB;
     }
