@@ -190,10 +190,11 @@ int tell_result(const RunResult& result, const Shown& shown, const std::string& 
 std::string device_list(const Registry& registry) {
   std::string out;
   for (const NodeInfo* info : registry.types()) {
-    if (!info->discover) continue;
+    if (!info->hardware || !info->hardware->discover) continue;
     std::vector<std::string> notes;
     try {
-      for (const std::string& line : info->discover(notes)) out += fmt::format("  {:<18} {}\n", info->type, line);
+      for (const std::string& line : info->hardware->discover(notes))
+        out += fmt::format("  {:<18} {}\n", info->type, line);
     } catch (const RunError& error) {
       notes.push_back(error.what());
     }
@@ -271,10 +272,12 @@ int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial
 }
 
 void calibrate_device(const NodeSpec& device, bool yes, const std::atomic<int>& interrupted) {
-  if (!device.info->calibrate)
+  const std::optional<HardwareAccess>& hardware = device.info->hardware;
+  if (!hardware || !hardware->calibrate) {
     throw InputError("node " + device.name + ": " + device.info->type + " needs no calibration");
+  }
   const Ask ask = [yes, &interrupted](const std::string& text) { return confirmed(text, yes, interrupted); };
-  fmt::print("{}\n", device.info->calibrate(device.params, ask));
+  fmt::print("{}\n", hardware->calibrate(device.params, ask));
 }
 
 }  // namespace tactor

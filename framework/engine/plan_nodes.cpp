@@ -50,7 +50,7 @@ void note_costs(const Plan& plan, std::vector<std::string>& notes) {
 
 /// A crash in the code of a node in Python ends the process, and what drives a device with it.
 void note_python_beside_hardware(const Plan& plan, std::vector<std::string>& notes) {
-  const auto drives_hardware = [](const NodeSpec& spec) { return spec.info->hardware; };
+  const auto drives_hardware = [](const NodeSpec& spec) { return spec.info->hardware.has_value(); };
   const auto device = std::find_if(plan.nodes.begin(), plan.nodes.end(), drives_hardware);
   if (device == plan.nodes.end() || plan.graph.clock != Clock::real) return;
   for (const NodeSpec& spec : plan.nodes) {
@@ -214,7 +214,7 @@ void PlanNodes::start(std::size_t index, StepContext& context) {
 
 void PlanNodes::set(std::size_t index, const void* params) {
   if (params == nullptr) return nodes_[index]->request_done();
-  plan_.nodes[index].info->tune(*nodes_[index], params);
+  plan_.nodes[index].info->tuning.value().tune(*nodes_[index], params);
 }
 
 void PlanNodes::step(std::size_t index, StepContext& context) {

@@ -6,9 +6,9 @@ namespace tactor {
 std::vector<Chosen> choose_types(GraphSpec& graph) {
   std::vector<Chosen> chosen;
   for (NodeSpec& node : graph.nodes) {
-    if (!node.info->resolve) continue;
     const NodeInfo& asked = *node.info;
-    Resolution resolution = asked.resolve(graph.scene);
+    if (asked.stand_in() == nullptr) continue;
+    Resolution resolution = asked.stand_in()->resolve(graph.scene);
     const NodeInfo& info = *resolution.info;
     std::vector<ParamValue> params;
     for (const ParamInfo& param : info.params) {

@@ -91,27 +91,27 @@ class Declare {
   }
   /// It talks to hardware, so it runs only with `clock: real`.
   Declare& hardware() {
-    info_.hardware = true;
+    info_.hardware.emplace();
     return actuator();
   }
-  /// Which devices are attached (see NodeInfo::discover).
+  /// Which devices are attached (see HardwareAccess).
   Declare& discover(std::function<std::vector<std::string>(std::vector<std::string>&)> list) {
-    info_.discover = std::move(list);
+    info_.hardware.value().discover = std::move(list);
     return *this;
   }
-  /// How the device is calibrated (see NodeInfo::calibrate).
+  /// How the device is calibrated (see HardwareAccess).
   Declare& calibrate(std::function<std::string(const P&, const Ask&)> work) {
     auto params = params_;
-    info_.calibrate = [params, work](const std::vector<ParamValue>& values, const Ask& ask) {
+    info_.hardware.value().calibrate = [params, work](const ParamValues& values, const Ask& ask) {
       return work(assign_all(*params, values), ask);
     };
     return *this;
   }
   /// For a node that is slow to make: refuses what the constructor would refuse, and tells the same notes, in less time
-  /// (see NodeInfo::check). A test compares the two.
+  /// (see Making). A test compares the two.
   Declare& check(std::function<void(const P&, const NodeContext&)> check) {
     auto params = params_;
-    info_.check = [params, check](const std::vector<ParamValue>& values, const NodeContext& context) {
+    making().check = [params, check](const ParamValues& values, const NodeContext& context) {
       check(assign_all(*params, values), context);
     };
     return *this;
@@ -119,7 +119,7 @@ class Declare {
   /// The path along which it leads the hand (see NodeInfo::hand_path).
   Declare& hand_path(std::function<HandPath(const P&, const NodeContext&)> path) {
     auto params = params_;
-    info_.hand_path = [params, path](const std::vector<ParamValue>& values, const NodeContext& context) {
+    info_.hand_path = [params, path](const ParamValues& values, const NodeContext& context) {
       return path(assign_all(*params, values), context);
     };
     return *this;
@@ -136,13 +136,14 @@ class Declare {
   Declare& tunable(std::initializer_list<std::string_view> names) {
     for (const std::string_view name : names) declared(name).tunable = true;
     auto params = params_;
-    info_.typed = [params](const std::vector<ParamValue>& values) -> std::shared_ptr<const void> {
+    Tuning& tuning = info_.tuning.emplace();
+    tuning.typed = [params](const ParamValues& values) -> std::shared_ptr<const void> {
       return std::make_shared<const P>(assign_all(*params, values));
     };
-    info_.tune = [](Node& node, const void* values) { static_cast<N&>(node).tune(*static_cast<const P*>(values)); };
+    tuning.tune = [](Node& node, const void* values) { own(node).tune(*static_cast<const P*>(values)); };
     if constexpr (requires(const N& node, const P& values) { node.refuses(values); }) {
-      info_.refuses = [](const Node& node, const void* values) {
-        return static_cast<const N&>(node).refuses(*static_cast<const P*>(values));
+      tuning.refuses = [](const Node& node, const void* values) {
+        return own(node).refuses(*static_cast<const P*>(values));
       };
     }
     return *this;
@@ -151,9 +152,7 @@ class Declare {
   /// node is blind: a page shows neither methods nor parameters.
   Declare& sets(std::function<std::vector<Setting>(const P&)> settings) {
     auto params = params_;
-    info_.sets = [params, settings](const std::vector<ParamValue>& values) {
-      return settings(assign_all(*params, values));
-    };
+    info_.sets = [params, settings](const ParamValues& values) { return settings(assign_all(*params, values)); };
     return *this;
   }
   /// The value that the parameter `name` takes if a run writes no file, such as a replay, or a session that keeps no
@@ -207,7 +206,7 @@ class Declare {
                        std::function<std::string(const P&, const ParamUse&)> why) {
     auto params = params_;
     for (const std::string_view name : names) {
-      declared(name).unread = [params, why](const std::vector<ParamValue>& values, const ParamUse& use) {
+      declared(name).unread = [params, why](const ParamValues& values, const ParamUse& use) {
         return why(assign_all(*params, values), use);
       };
     }
@@ -228,14 +227,14 @@ class Declare {
                             o.reference,
                             o.judged,
                             {},
-                            [port](Node& node) -> InputBase& { return static_cast<N&>(node).*port; }});
+                            [port](Node& node) -> InputBase& { return own(node).*port; }});
     return *this;
   }
   /// The input just declared is not read if `test(params)` gives a reason.
   Declare& ignored_when(std::function<std::string(const P&)> test) {
     // The parameters are declared by now or later; the lambda reads them when it is called.
     auto params = params_;
-    info_.inputs.back().ignored = [params, test](const std::vector<ParamValue>& values) {
+    info_.inputs.back().ignored = [params, test](const ParamValues& values) {
       return test(assign_all(*params, values));
     };
     return *this;
@@ -264,7 +263,7 @@ class Declare {
   template <class T>
   Declare& output(std::string name, Output<T> N::*port, std::string doc) {
     info_.outputs.push_back({std::move(name), &message_type<T>(), std::move(doc),
-                             [port](Node& node) -> OutputBase& { return static_cast<N&>(node).*port; }});
+                             [port](Node& node) -> OutputBase& { return own(node).*port; }});
     return *this;
   }
 
@@ -272,9 +271,9 @@ class Declare {
   Declare& output(std::string name, AnyOutput N::*port, std::string doc,
                   std::function<const MessageType&(const P&)> type_of) {
     OutputInfo output{std::move(name), &any_message(), std::move(doc),
-                      [port](Node& node) -> OutputBase& { return static_cast<N&>(node).*port; }};
+                      [port](Node& node) -> OutputBase& { return own(node).*port; }};
     auto params = params_;
-    output.type_of = [params, type_of](const std::vector<ParamValue>& values) -> const MessageType& {
+    output.type_of = [params, type_of](const ParamValues& values) -> const MessageType& {
       return type_of(assign_all(*params, values));
     };
     info_.outputs.push_back(std::move(output));
@@ -303,7 +302,7 @@ class Declare {
   Declare& metric(std::string name, std::string unit, std::string doc, Better better, Value value) {
     metric(std::move(name), std::move(unit), std::move(doc), better);
     info_.metrics.back().value = [value](const Node& node) -> std::optional<double> {
-      const auto found = std::invoke(value, static_cast<const N&>(node));
+      const auto found = std::invoke(value, own(node));
       if constexpr (std::is_arithmetic_v<std::remove_const_t<decltype(found)>>) {
         return static_cast<double>(found);
       } else {
@@ -325,7 +324,7 @@ class Declare {
   /// The metric just declared is not reported if `test(params, use)` gives a reason.
   Declare& left_out_when(std::function<std::string(const P&, const MetricUse&)> test) {
     auto params = params_;
-    info_.metrics.back().left_out = [params, test](const std::vector<ParamValue>& values, const MetricUse& use) {
+    info_.metrics.back().left_out = [params, test](const ParamValues& values, const MetricUse& use) {
       return test(assign_all(*params, values), use);
     };
     return *this;
@@ -471,11 +470,12 @@ class Declare {
   [[nodiscard]] NodeInfo info() const {
     NodeInfo info = info_;
     auto params = params_;
-    info.create = [params](const std::vector<ParamValue>& values, const NodeContext& context) {
+    auto& making = std::get<Making>(info.nature);
+    making.create = [params](const ParamValues& values, const NodeContext& context) {
       return std::make_unique<N>(assign_all(*params, values), context);
     };
-    if (!info.check) {
-      info.check = [create = info.create](const std::vector<ParamValue>& values, const NodeContext& context) {
+    if (!making.check) {
+      making.check = [create = making.create](const ParamValues& values, const NodeContext& context) {
         create(values, context);
       };
     }
@@ -483,6 +483,18 @@ class Declare {
   }
 
  private:
+  Making& making() { return std::get<Making>(info_.nature); }
+  /// The node as one of the declared class. A node of another one, such as a wrapper, is a mistake in a program.
+  static N& own(Node& node) {
+    auto* mine = dynamic_cast<N*>(&node);
+    TACTOR_DEMAND(mine != nullptr);
+    return *mine;
+  }
+  static const N& own(const Node& node) {
+    const auto* mine = dynamic_cast<const N*>(&node);
+    TACTOR_DEMAND(mine != nullptr);
+    return *mine;
+  }
   ParamInfo& declared(std::string_view name) {
     const auto param =
         std::find_if(info_.params.begin(), info_.params.end(), [&](const auto& p) { return p.name == name; });
@@ -501,7 +513,7 @@ class Declare {
     info_.params.push_back(std::move(p));
     return *this;
   }
-  static P assign_all(const std::vector<ParamInfo>& params, const std::vector<ParamValue>& values) {
+  static P assign_all(const std::vector<ParamInfo>& params, const ParamValues& values) {
     TACTOR_DEMAND(params.size() == values.size());
     P result{};
     for (std::size_t i = 0; i < params.size(); ++i) params[i].assign(&result, values[i]);

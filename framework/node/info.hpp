@@ -36,6 +36,8 @@ using Mapping = std::vector<std::pair<std::string, std::string>>;
 
 /// A checked parameter value in SI units.
 using ParamValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>, Table, Mapping>;
+/// The values of a node, in the order of its type's parameters.
+using ParamValues = std::vector<ParamValue>;
 
 enum class ParamKind : std::uint8_t {
   boolean,  ///< bool
@@ -116,7 +118,7 @@ struct ParamInfo {
   std::vector<ParamValue> coarser;  ///< coarser values, each coarser than the one before
   /// The reason why the node does not read it, given the values of all its parameters, or empty if it does; null: it
   /// always reads it.
-  std::function<std::string(const std::vector<ParamValue>&, const ParamUse&)> unread;
+  std::function<std::string(const ParamValues&, const ParamUse&)> unread;
   std::function<void(void* params, const ParamValue&)> assign;
 };
 
@@ -142,7 +144,7 @@ struct InputInfo {
   bool reference = false;    ///< the messages here in the reference run are the truth for the sink
   bool judged = false;       ///< the sink compares the messages here with that truth
   /// The reason why the input is not read under these parameter values (by index), or empty if it is.
-  std::function<std::string(const std::vector<ParamValue>&)> ignored;
+  std::function<std::string(const ParamValues&)> ignored;
   std::function<InputBase&(Node&)> access;
   /// The reason why a scene requires the input although others do not, or empty if it does not.
   std::function<std::string(const Scene&)> needed{};
@@ -163,7 +165,7 @@ struct OutputInfo {
   std::string former{};  ///< what it was called before; empty: always so
   /// Where `type` is `any_message()`: the type under the parameter values (by index), which lives as long as the
   /// process. Throws InputError where there is none.
-  std::function<const MessageType&(const std::vector<ParamValue>&)> type_of{};
+  std::function<const MessageType&(const ParamValues&)> type_of{};
 };
 
 /// Which of two values of a metric is the better one; near_zero: that of the smaller size.
@@ -191,7 +193,7 @@ struct MetricInfo {
   /// The runs that do not report it because of what happens in them: `contact is never lost`; empty: none.
   std::string missing{};
   /// The reason why the node does not report it, given its parameters, or empty if it does; null: it always does.
-  std::function<std::string(const std::vector<ParamValue>&, const MetricUse&)> left_out{};
+  std::function<std::string(const ParamValues&, const MetricUse&)> left_out{};
   /// The node's value after a run, none if it has none; null: its report() sets the metric.
   std::function<std::optional<double>(const Node&)> value{};
 };
@@ -210,9 +212,30 @@ struct Setting {
 
 struct NodeInfo;
 
+/// How nodes of a type are made.
+struct Making {
+  /// Makes the node. Devices are opened when the node starts, not here.
+  std::function<std::unique_ptr<Node>(const ParamValues&, const NodeContext&)> create;
+  /// Throws InputError where the constructor would (YamlError for errors inside a file that a parameter names), and
+  /// tells the same notes. It makes the node and throws it away, unless the type declares a check of its own; neither
+  /// touches hardware.
+  std::function<void(const ParamValues&, const NodeContext&)> check;
+};
+
+/// How parameters reach a node while a run goes on.
+struct Tuning {
+  /// Makes the struct of the node's class.
+  std::function<std::shared_ptr<const void>(const ParamValues&)> typed;
+  /// Passes it to the node between two steps.
+  std::function<void(Node&, const void* params)> tune;
+  /// The reason why the node cannot take it as it is connected, empty if it can; from any thread. Null: only `check`
+  /// gives reasons.
+  std::function<std::string(const Node&, const void* params)> refuses;
+};
+
 /// The declaration with the types of all outputs, for a node with these parameter values; the same one where it has no
 /// output whose type depends on them. It lives as long as the process. Throws InputError as `type_of` does.
-const NodeInfo& with_output_types(const NodeInfo& info, const std::vector<ParamValue>& values);
+const NodeInfo& with_output_types(const NodeInfo& info, const ParamValues& values);
 
 /// The type that replaces a node's type in a scene, and why.
 struct Resolution {
@@ -220,11 +243,28 @@ struct Resolution {
   std::string reason;              ///< `the moving body tool is a sphere`
 };
 
+/// Of a type that stands for others.
+struct StandIn {
+  /// Chooses the type that suits a scene; a plan puts that one in its place. It has the same ports. Parameters pass on
+  /// by name; those that it lacks are dropped, and its others take their defaults.
+  std::function<Resolution(const Scene&)> resolve;
+};
+
 /// The rate of the haptic loop in Hz if a graph gives none.
 inline constexpr double default_haptic_rate = 1000;
 
 /// Shows a person a text and waits for the answer: true for yes.
 using Ask = std::function<bool(const std::string& text)>;
+
+/// What can be done with the devices of a type that talks to hardware; null: nothing.
+struct HardwareAccess {
+  /// A line for each attached device that the type recognises, without opening any for long. Each problem that keeps
+  /// devices from being recognised, such as a broken profile, is a line in `notes`.
+  std::function<std::vector<std::string>(std::vector<std::string>& notes)> discover;
+  /// Calibrates the device, so that it knows its position. Asks before anything moves, and returns what was done.
+  /// Throws InputError or RunError.
+  std::function<std::string(const ParamValues&, const Ask&)> calibrate;
+};
 
 /// A node type.
 struct NodeInfo {
@@ -246,7 +286,6 @@ struct NodeInfo {
   bool sink = false;                          ///< it uses results; never left out for lack of readers
   bool needs_torque = false;                  ///< it has no use in a translation-only scene
   bool actuator = false;                      ///< it drives a device: a run starts and stops around it
-  bool hardware = false;                      ///< it talks to hardware: it needs `clock: real`
   bool fed = false;                           ///< its messages come from outside of the run; it never steps
   bool realtime_safe = false;                 ///< its steps allocate, lock and wait for nothing
   Lane lane = Lane::pool;                     ///< where it steps when the clock is real, unless the graph says
@@ -256,35 +295,26 @@ struct NodeInfo {
   bool haptic_rate = false;                   ///< that rate is the graph's, the same in all nodes of the haptic loop
   /// The reason why a scene does not need the node, or empty if it does.
   std::function<std::string(const Scene&)> unneeded;
-  /// For a type that stands for others: chooses the type that suits a scene; a plan puts that one in its place. It has
-  /// the same ports. Parameters pass on by name; those that it lacks are dropped, and its others take their defaults.
-  std::function<Resolution(const Scene&)> resolve;
-  /// Throws InputError where the constructor would (YamlError for errors inside a file that a parameter names), and
-  /// tells the same notes. It makes the node and throws it away, unless the type declares a check of its own; neither
-  /// touches hardware. Null where `create` is.
-  std::function<void(const std::vector<ParamValue>&, const NodeContext&)> check{};
+  /// It makes nodes, or stands for types that do.
+  std::variant<Making, StandIn> nature;
+  std::optional<Tuning> tuning;            ///< none: no parameter is tunable
+  std::optional<HardwareAccess> hardware;  ///< it talks to hardware: it needs `clock: real`
   /// The path along which a node leads the hand in a run of the context's duration; the values have passed `check`.
   /// Empty: the type leads no hand.
-  std::function<HandPath(const std::vector<ParamValue>&, const NodeContext&)> hand_path{};
-  /// For hardware: a line for each attached device that the type recognises, without opening any for long. Each
-  /// problem that keeps devices from being recognised, such as a broken profile, is a line in `notes`.
-  std::function<std::vector<std::string>(std::vector<std::string>& notes)> discover{};
-  /// For hardware: calibrates the device, so that it knows its position. Asks before anything moves, and returns what
-  /// was done. Throws InputError or RunError. Empty: the device needs no calibration.
-  std::function<std::string(const std::vector<ParamValue>&, const Ask&)> calibrate{};
-  /// Makes the node's struct of the parameters, and passes it to a node between two steps; null if none is tunable.
-  std::function<std::shared_ptr<const void>(const std::vector<ParamValue>&)> typed{};
-  std::function<void(Node&, const void* params)> tune{};
-  /// The reason why the node cannot take them as it is connected, empty if it can; from any thread. Null: only `check`
-  /// gives reasons.
-  std::function<std::string(const Node&, const void* params)> refuses{};
+  std::function<HandPath(const ParamValues&, const NodeContext&)> hand_path{};
   /// The settings that its SetRequests name by their index. A plan refuses those that cannot be made, and keeps the
   /// node even without readers. Empty: it sets nothing.
-  std::function<std::vector<Setting>(const std::vector<ParamValue>&)> sets{};
-  /// Makes the node from values in the order of `params`; null where there is `resolve`. Devices are opened when the
-  /// node starts, not here.
-  std::function<std::unique_ptr<Node>(const std::vector<ParamValue>&, const NodeContext&)> create;
+  std::function<std::vector<Setting>(const ParamValues&)> sets{};
 
+  /// Null where it makes nodes.
+  [[nodiscard]] const StandIn* stand_in() const { return std::get_if<StandIn>(&nature); }
+  /// See Making; for types that make nodes.
+  [[nodiscard]] std::unique_ptr<Node> create(const ParamValues& values, const NodeContext& context) const {
+    return std::get<Making>(nature).create(values, context);
+  }
+  void check(const ParamValues& values, const NodeContext& context) const {
+    std::get<Making>(nature).check(values, context);
+  }
   [[nodiscard]] const InputInfo* input(std::string_view name) const;
   [[nodiscard]] const OutputInfo* output(std::string_view name) const;
   [[nodiscard]] std::optional<std::size_t> param(std::string_view name) const;

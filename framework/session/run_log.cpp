@@ -96,7 +96,7 @@ class Parameters {
       check.refuse("it sets " + spec.name + "." + text + ", which is not tunable");
     }
     spec.params[*param] = parse_parameter(spec, *param, text.substr(equals + 1), "set " + spec.name + "." + text);
-    return spec.info->typed(spec.params);
+    return spec.info->tuning.value().typed(spec.params);
   }
 
  private:

@@ -161,9 +161,10 @@ class Session::Run {
     const std::string where = "set " + node.name + "." + text + ": ";
     Change change{to.at.node, params[to.at.node], nullptr, {.node = static_cast<std::int32_t>(to.at.node)}};
     change.params[to.at.param] = to.value;
-    change.typed = info.typed(change.params);
+    const Tuning& tuning = info.tuning.value();
+    change.typed = tuning.typed(change.params);
     const Node& made = engine->nodes()[to.at.node];
-    const std::string why = info.refuses ? info.refuses(made, change.typed.get()) : "";
+    const std::string why = tuning.refuses ? tuning.refuses(made, change.typed.get()) : "";
     if (!why.empty()) throw InputError(where + why);
     if (text.size() > SetEvent::most_text) {
       throw InputError("set " + node.name + "." + info.params[to.at.param].name + ": the value is too long");

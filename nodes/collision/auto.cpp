@@ -41,9 +41,7 @@ NodeInfo AutoCollision::declare() {
       "It takes collision.none if nothing can touch, collision.primitive if no mesh moves, and collision.sdf "
       "otherwise. `tactor check --explain` and the summary of a run name the choice and its reason. The node keeps the "
       "costs and the lane that the graph gives it.";
-  info.create = nullptr;
-  info.check = nullptr;
-  info.resolve = choose;
+  info.nature = StandIn{choose};
   return info;
 }
 

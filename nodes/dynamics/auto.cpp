@@ -32,9 +32,7 @@ NodeInfo AutoDynamics::declare() {
   NodeInfo info = d.info();
   // Each kind has a default of its own.
   std::erase_if(info.params, [](const ParamInfo& param) { return param.name == "substep"; });
-  info.create = nullptr;
-  info.check = nullptr;
-  info.resolve = choose;
+  info.nature = StandIn{choose};
   return info;
 }
 

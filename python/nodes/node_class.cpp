@@ -104,7 +104,7 @@ void add_inputs(NodeClass& made, const py::object& declared, const std::string& 
     input.required = required;
     if (queue > 1) input.queue = {QueuePolicy::drop_oldest, queue};
     input.access = [i = made.info.inputs.size()](Node& node) -> InputBase& {
-      return static_cast<PythonNode&>(node).input(i);
+      return dynamic_cast<PythonNode&>(node).input(i);
     };
     made.info.inputs.push_back(std::move(input));
     made.inputs.emplace_back(type);
@@ -116,7 +116,7 @@ void add_outputs(NodeClass& made, const py::object& declared, const std::string&
     const auto [name, message, doc] = one.cast<std::tuple<std::string, std::string, std::string>>();
     const MessageType& type = message_type_of(message, where + "." + name, registry);
     OutputInfo output{name, &type, doc, [i = made.info.outputs.size()](Node& node) -> OutputBase& {
-                        return static_cast<PythonNode&>(node).output(i);
+                        return dynamic_cast<PythonNode&>(node).output(i);
                       }};
     made.info.outputs.push_back(std::move(output));
     made.outputs.emplace_back(type);
@@ -133,12 +133,14 @@ void add_params(NodeInfo& info, const py::object& declared) {
     tunable = tunable || info.params.back().tunable;
   }
   if (!tunable) return;
-  info.typed = [](const std::vector<ParamValue>& values) -> std::shared_ptr<const void> {
-    return std::make_shared<const std::vector<ParamValue>>(values);
-  };
-  info.tune = [](Node& node, const void* values) {
-    static_cast<PythonNode&>(node).tune(*static_cast<const std::vector<ParamValue>*>(values));
-  };
+  info.tuning = {.typed = [](const ParamValues& values) -> std::shared_ptr<const void> {
+                   return std::make_shared<const ParamValues>(values);
+                 },
+                 .tune =
+                     [](Node& node, const void* values) {
+                       dynamic_cast<PythonNode&>(node).tune(*static_cast<const ParamValues*>(values));
+                     },
+                 .refuses = {}};
 }
 
 /// Throws py::error_already_set too, where Python code of the file does.
@@ -163,12 +165,12 @@ NodeClass& make_class(const fs::path& file, const py::object& cls, const std::st
     info.sink = true;
     info.role = Role::sink;
   }
-  info.create = [&made](const std::vector<ParamValue>& values, const NodeContext& context) {
-    return std::make_unique<PythonNode>(made, values, context);
-  };
-  info.check = [&made](const std::vector<ParamValue>& values, const NodeContext& context) {
-    static_cast<void>(PythonNode(made, values, context));
-  };
+  info.nature =
+      Making{.create = [&made](const ParamValues& values, const NodeContext& context) -> std::unique_ptr<Node> {
+               return std::make_unique<PythonNode>(made, values, context);
+             },
+             .check = [&made](const ParamValues& values,
+                              const NodeContext& context) { static_cast<void>(PythonNode(made, values, context)); }};
   return made;
 }
 

@@ -180,7 +180,7 @@ void compare(const NodeInfo& info, const std::vector<ParamValue>& values, const 
   context.torque = scene.rotates();
   context.duration = Duration{1'000'000'000};
   const auto checked = outcome(context, [&](const NodeContext& c) { info.check(values, c); });
-  const auto made = outcome(context, [&](const NodeContext& c) { info.create(values, c); });
+  const auto made = outcome(context, [&](const NodeContext& c) { static_cast<void>(info.create(values, c)); });
   BOOST_TEST_CONTEXT(info.type << " in " << name) {
     BOOST_TEST(checked.first == made.first);
     BOOST_TEST(checked.second == made.second, boost::test_tools::per_element());
@@ -215,8 +215,7 @@ BOOST_FIXTURE_TEST_CASE(the_check_of_every_type_refuses_what_its_constructor_ref
   for (const NodeInfo* info : registry.types()) {
     // Anew for each type, so that a further type changes nothing for the others.
     boost::random::mt19937 dice(17);
-    BOOST_TEST((info->check != nullptr) == (info->create != nullptr), info->type);
-    if (!info->create) continue;
+    if (info->stand_in() != nullptr) continue;
     checked.insert(info->type);
     std::vector<std::vector<ParamValue>> choices;
     for (const ParamInfo& param : info->params) choices.push_back(values_of(*info, param, *this));

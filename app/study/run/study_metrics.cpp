@@ -39,7 +39,8 @@ std::string why_not_reported(const std::string& name, const RunMetrics& metrics,
   for (const NodeInfo* info : registry.types()) {
     const auto is_it = [&](const MetricInfo& metric) { return metric.name == name; };
     // A type that stands for others is not met in a run.
-    if (info->create && std::any_of(info->metrics.begin(), info->metrics.end(), is_it)) types.push_back(info->type);
+    if (info->stand_in() == nullptr && std::any_of(info->metrics.begin(), info->metrics.end(), is_it))
+      types.push_back(info->type);
   }
   if (!types.empty()) {
     return fmt::format(", which no run reports: no graph has a node of the type {}", fmt::join(types, " or "));

@@ -61,7 +61,7 @@ class Bench {
   explicit Bench(const std::map<std::string, ParamValue>& given = {}) {
     script = &line;
     line.q = base;
-    BOOST_TEST(TestDevice::declare().hardware);
+    BOOST_TEST(TestDevice::declare().hardware.has_value());
     node = make_arm(scene_, given, Duration{10'000'000'000});
     device().segment.configure({QueuePolicy::latest, 1});
     origin_ = MonotonicClock::now();

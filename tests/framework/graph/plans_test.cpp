@@ -84,10 +84,9 @@ BOOST_FIXTURE_TEST_CASE(a_type_that_stands_for_others_becomes_the_one_that_suits
   chosen.unneeded = nullptr;
   NodeInfo any = plain;
   any.type = "test.any";
-  any.create = nullptr;
-  any.resolve = [&](const Scene& scene) {
+  any.nature = StandIn{[&](const Scene& scene) {
     return scene.rotates() ? Resolution{&chosen, "the scene rotates"} : Resolution{&plain, "the scene does not rotate"};
-  };
+  }};
   node->info = &any;
 
   const Plan p = make_plan(graph);
