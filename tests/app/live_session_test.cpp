@@ -20,10 +20,12 @@
 #include "framework/session/add_feed.hpp"
 #include "framework/session/follower.hpp"
 #include "framework/session/session.hpp"
+#include "tests/support/shipped_graphs.hpp"
 
 BOOST_AUTO_TEST_SUITE(live_session_test)
 
 using namespace tactor;
+using namespace tactor::test;
 namespace fs = std::filesystem;
 
 namespace {
@@ -42,21 +44,6 @@ struct NeedsLiveAndRecordings {
 double seconds() {
   const char* asked = std::getenv("TACTOR_TUNED_SECONDS");
   return asked != nullptr ? std::atof(asked) : 4;
-}
-
-Registry& registry() {
-  static Registry all({TACTOR_NODE_FOLDER});
-  return all;
-}
-
-/// A shipped graph with what is laid over it, `record=[...]` and the like.
-GraphSpec shipped(const std::string& name, const std::vector<std::string>& sets,
-                  const std::vector<std::string>& overs = {}) {
-  const fs::path graphs = fs::path(TACTOR_SOURCE_DIR) / "graphs";
-  Overrides overrides;
-  for (const std::string& over : overs) overrides.push_back(over_patch(graphs / over));
-  for (const std::string& set : sets) overrides.push_back(set_patch(set));
-  return load_graph(graphs / name, registry(), overrides);
 }
 
 std::string seconds_text(double s) {
@@ -153,7 +140,7 @@ double norm_of(const void* value) {
 BOOST_AUTO_TEST_CASE(a_tapped_and_tuned_live_run_is_replayed_to_the_byte,
                      *boost::unit_test::precondition(NeedsLiveAndRecordings{})) {
   const TemporaryFolder folder;
-  const Plan plan = make_plan(shipped(
+  const Plan plan = make_plan(loaded(
       "duck/live.yaml", {seconds_text(seconds()),
                          "record=[device.commanded, device.state, device.safety, coupling.force, dynamics.state]"}));
   const Figures plain = run_live(plan, false, folder.path() / "plain.h5");
@@ -173,7 +160,7 @@ BOOST_AUTO_TEST_CASE(what_a_program_fed_is_fed_again_by_a_replay,
                      *boost::unit_test::precondition(NeedsLiveAndRecordings{})) {
   const TemporaryFolder folder;
   GraphSpec graph =
-      shipped("wall/scene.yaml", {seconds_text(1.5), "clock=real", "record=[device.state, coupling.force]"});
+      loaded("wall/scene.yaml", {seconds_text(1.5), "clock=real", "record=[device.state, coupling.force]"});
   add_feed(graph, "device.target", registry());
   const Plan plan = make_plan(graph);
   Session session(plan);
@@ -195,7 +182,7 @@ BOOST_AUTO_TEST_CASE(what_a_program_fed_is_fed_again_by_a_replay,
 
 BOOST_AUTO_TEST_CASE(a_change_of_the_method_in_contact_steps_no_force) {
   const std::vector<std::string> methods{"second", "third", "fourth", "first"};
-  const Plan plan = make_plan(shipped("duck/scene.yaml", {seconds_text(6)}, {"methods/side_by_side.yaml"}));
+  const Plan plan = make_plan(loaded("duck/scene.yaml", {"methods/side_by_side.yaml", seconds_text(6)}));
   Session session(plan);
   std::vector<Wrench> wanted;
   session.on_message("device.interpolated", [&](const Stamp&, const void* value) {
@@ -231,7 +218,7 @@ BOOST_AUTO_TEST_CASE(a_change_of_the_method_in_contact_steps_no_force) {
 }
 
 BOOST_AUTO_TEST_CASE(a_program_leads_the_hand_of_a_shipped_graph) {
-  GraphSpec graph = shipped("wall/scene.yaml", {seconds_text(1)});
+  GraphSpec graph = loaded("wall/scene.yaml", {seconds_text(1)});
   add_feed(graph, "device.target", registry(), Queue{QueuePolicy::latest, 1});
   graph.record = {"coupling.force"};
   Session session(make_plan(graph));
@@ -259,7 +246,7 @@ BOOST_AUTO_TEST_CASE(a_program_leads_the_hand_of_a_shipped_graph) {
 }
 
 BOOST_AUTO_TEST_CASE(a_reference_follows_a_run_and_finds_the_error_that_is_found_afterwards) {
-  const Plan plan = make_plan(shipped("duck/refit.yaml", {seconds_text(4)}));
+  const Plan plan = make_plan(loaded("duck/refit.yaml", {seconds_text(4)}));
   const auto followed = [&plan] {
     Session session(plan);
     Follower follower(session, registry(), {.most_behind = std::nullopt});
@@ -298,7 +285,7 @@ BOOST_AUTO_TEST_CASE(a_reference_follows_a_run_and_finds_the_error_that_is_found
 }
 
 BOOST_AUTO_TEST_CASE(a_follower_that_is_too_slow_skips_and_counts_what_it_skipped) {
-  const Plan plan = make_plan(shipped("duck/refit.yaml", {seconds_text(6)}));
+  const Plan plan = make_plan(loaded("duck/refit.yaml", {seconds_text(6)}));
   Session session(plan);
   Follower follower(session, registry(), {.most_behind = Duration{300'000'000}});
   session.start();
@@ -316,7 +303,7 @@ BOOST_AUTO_TEST_CASE(a_follower_that_is_too_slow_skips_and_counts_what_it_skippe
 }
 
 BOOST_AUTO_TEST_CASE(what_a_follower_lost_is_skipped_too) {
-  const Plan plan = make_plan(shipped("duck/refit.yaml", {seconds_text(8)}));
+  const Plan plan = make_plan(loaded("duck/refit.yaml", {seconds_text(8)}));
   Session session(plan);
   Follower follower(session, registry(), {.most_behind = std::nullopt});
   session.start();
@@ -337,7 +324,7 @@ BOOST_AUTO_TEST_CASE(what_a_follower_lost_is_skipped_too) {
 }
 
 BOOST_AUTO_TEST_CASE(a_run_without_a_truth_to_compare_with_is_not_followed) {
-  GraphSpec graph = shipped("wall/scene.yaml", {seconds_text(1), "record=[coupling.force]"});
+  GraphSpec graph = loaded("wall/scene.yaml", {seconds_text(1), "record=[coupling.force]"});
   std::erase_if(graph.nodes, [](const NodeSpec& node) { return node.info->sink; });
   std::erase_if(graph.edges, [&graph](const EdgeSpec& edge) { return graph.node(edge.to_node) == nullptr; });
   Session session(make_plan(graph));
@@ -346,7 +333,7 @@ BOOST_AUTO_TEST_CASE(a_run_without_a_truth_to_compare_with_is_not_followed) {
 
 BOOST_AUTO_TEST_CASE(a_reference_beside_a_live_run_costs_its_loop_nothing,
                      *boost::unit_test::precondition(NeedsLiveAndRecordings{})) {
-  const Plan plan = make_plan(shipped("duck/live.yaml", {seconds_text(4)}));
+  const Plan plan = make_plan(loaded("duck/live.yaml", {seconds_text(4)}));
   Session session(plan);
   Follower follower(session, registry());
   follower.start();
