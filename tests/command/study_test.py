@@ -213,6 +213,12 @@ class Failures(StudyTest):
         self.bad(graph + "set: {device.force_max: 3 m}\n", "study.yaml:2:7: ", "device.force_max: expected a force")
         self.bad(graph + "methods: [{mine: {nodes: {device: {typo: 3}}}}]\n", "study.yaml:2:36: ", "nodes.device.typo: expected a parameter")
 
+    @needs_meshes
+    def test_a_study_points_at_its_own_value(self):
+        (self.folder / "bad.off").write_text("OFF\n4 4 0\n0 0 0\nnonsense 0 0\n0 0.01 0\n0 0 0.01\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
+        result = self.study(f"graphs: [{GRAPHS / 'duck/off.yaml'}]\nseeds: 1\nset:\n  scene.bodies.duck.mesh: bad.off\n", "bad", code=2)
+        self.assertRegex(result.stderr, r"(?m)^(.*/)?study\.yaml:4:")
+
     def test_bad_files_are_refused_with_their_place(self):
         graph = f"graphs: [{RECORDED}]\n"
         self.bad(graph + "sedes: 3\n", "study.yaml:2:1: study.sedes", 'did you mean "seeds"?')
