@@ -8,7 +8,7 @@ import scipy.optimize
 import scipy.signal
 import yaml
 
-from harness import GRAPHS, CommandTest, needs_hdf5, tactor
+from harness import GRAPHS, CommandTest, needs_hdf5
 
 RENDERERS = GRAPHS / "renderers"
 PLANES = ([0.2, -0.1, 1.0], [1.0, 0.1, 0.35], [-0.3, 1.0, 0.5])  # outward normals, not unit
@@ -77,42 +77,6 @@ class Proxy(CommandTest):
             touched.add(int(row["contacts"]))
         self.assertEqual(touched & {1, 2, 3}, {1, 2, 3})
 
-    def left_out(self, *arguments):
-        """What `check --explain` says of what is left out."""
-        result = tactor("check", "--explain", *arguments)
-        self.assertEqual(result.returncode, 0, f"{arguments}: {result.stderr}")
-        return result.stdout[result.stdout.find("left out"):]
-
-    def test_overlays_fit_a_scene_and_leave_out_what_the_proxy_stands_for(self):
-        for over in sorted(RENDERERS.glob("*.yaml")):
-            left_out = self.left_out("wall/scene", "--over", over)
-            for node in ("collision", "dynamics", "coupling"):
-                self.assertEqual(f"node {node}" in left_out, over.stem == "proxy", over.name)
-
-    def test_effects_hear_of_contact_from_what_makes_the_force(self):
-        over = ("--over", RENDERERS / "impact_and_texture.yaml")
-        left_out = self.left_out("wall/scene", "--over", RENDERERS / "proxy.yaml", *over)
-        for node in ("collision", "dynamics", "coupling"):
-            self.assertIn(f"node {node}", left_out)
-        # A spring without physics tells of no contact.
-        self.left_out("virtual_wall/scene", "--over", RENDERERS / "impact_by_force.yaml", "--over", RENDERERS / "texture_by_force.yaml")
-        refused = tactor("check", "virtual_wall/scene", "--over", RENDERERS / "impact.yaml")
-        self.assertEqual(refused.returncode, 2)
-        self.assertIn("metrics.state", refused.stderr)
-
-    def test_a_slow_proxy_is_as_the_fast_one_at_its_samples(self):
-        self.run_graph(GRAPHS / "wall/scene.yaml", "--over", RENDERERS / "proxy_slow.yaml", "--duration", "3",
-                       "--set", "record=[coupling.force]")
-        slow = stream(self.folder / "out/recording.h5", "coupling.force")
-        self.run_graph(GRAPHS / "wall/scene.yaml", "--over", RENDERERS / "proxy.yaml", "--duration", "3",
-                       "--set", "record=[interpolation.force]", "--overwrite")
-        fast = stream(self.folder / "out/recording.h5", "interpolation.force")
-        at = {row["valid_ns"]: row["force"] for row in fast}
-        self.assertGreater(len(slow), 200)
-        self.assertLess(len(slow), 450)
-        for row in slow:
-            self.assertEqual(list(row["force"]), list(at[row["valid_ns"]]))
-
 
 @needs_hdf5
 class TexturesOnAWall(CommandTest):
@@ -153,53 +117,6 @@ class TexturesOnAWall(CommandTest):
         first, again, other = self.slide(1, 2), self.slide(1, 2), self.slide(2, 2)
         self.assertEqual(first.tobytes(), again.tobytes())
         self.assertGreater(numpy.abs(first - other).max(), 1e-3)
-
-
-@needs_hdf5
-class Impacts(CommandTest):
-    def test_taps_on_a_device_vibrate_within_its_limits(self):
-        summary = self.run_graph(GRAPHS / "wall/scene.yaml", "--over", RENDERERS / "impact.yaml", "--over",
-                                 GRAPHS / "devices/omega_3.yaml", "--set", "device.loop=closed", "--duration", "6",
-                                 "--set", "record=[device.commanded]")
-        self.assertGreaterEqual(summary["impact"]["events"], 2)
-        self.assertEqual(summary["device"]["rejected_segments"], 0)
-        self.assertEqual(summary["device"]["slewed_ticks"], 0)
-        self.assertLessEqual(numpy.linalg.norm(stream(self.folder / "out/recording.h5", "device.commanded")["force"], axis=1).max(), 8)
-
-    def test_a_tool_in_the_air_meets_nothing_however_heavy_it_is(self):
-        # Slowly up, then fast, and aside: all 30 mm above the wall or more. Then down onto it, and aside.
-        def effects(gravity, *overs, duration):
-            graph = self.write("lifted.yaml", f"""extends: {GRAPHS / 'wall/scene.yaml'}
-scene:
-  gravity: [0, 0, {gravity}]
-  bodies:
-    tool: {{mass: 150 g}}
-nodes:
-  trajectory:
-    interpolation: linear
-    tremor_amplitude: 0
-    points: [{{t: 0 s, z: 40 mm}}, {{t: 0.5 s, z: 40 mm}}, {{t: 1.5 s, z: 90 mm}}, {{t: 1.6 s, z: 130 mm}}, {{t: 2 s, z: 130 mm}},
-             {{t: 3 s, x: 50 mm, z: 130 mm}}, {{t: 3.8 s, x: 50 mm, z: -1 mm}}, {{t: 4.5 s, x: 80 mm, z: -1 mm}}]
-""")
-            found = self.run_graph(graph, *(word for over in overs for word in ("--over", RENDERERS / f"{over}.yaml")), "--duration", duration)
-            return found["impact"]["events"], found["texture"]["sliding_ticks"]
-
-        by_force, by_physics = ("impact_by_force", "texture_by_force"), ("impact", "texture")
-        self.assertGreater(effects(0, *by_force, duration=3)[0], 0)  # inertia
-        self.assertGreater(effects(-9.81, *by_force, duration=3)[1], 500)  # weight
-        for gravity in (0, -9.81):
-            self.assertEqual(effects(gravity, *by_physics, duration=3), (0, 0))
-            events, ticks = effects(gravity, *by_physics, duration=4.5)
-            self.assertEqual(events, 1)
-            self.assertGreater(ticks, 500)
-
-    def test_a_vibration_takes_the_device_s_parameters_unless_it_is_told_others(self):
-        graph = self.write("omega.yaml", f"extends: {GRAPHS / 'wall/scene.yaml'}\n")
-        over = ["--over", RENDERERS / "impact.yaml", "--over", GRAPHS / "devices/omega_3.yaml", "--duration", "0.1"]
-        soft = self.run_graph(graph, *over, "--overwrite")["impact"]["match_error"]
-        stiff = self.run_graph(graph, *over, "--set", "impact.mode_frequency=0 Hz", "--overwrite")["impact"]["match_error"]
-        self.assertGreater(soft, 0.05)
-        self.assertLess(stiff, 0.01)
 
 
 @needs_hdf5
