@@ -13,7 +13,7 @@ import jsonschema
 import yaml
 
 from harness import (GRAPHS, HAS_MESHES, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_GRAPH, TACTOR, VERSION, CommandTest,
-                     every_verb, graph_files, graph_name, graph_verbs, left_out, needs_meshes, needs_devices, needs_hdf5, needs_live,
+                     every_verb, graph_files, graph_name, graph_verbs, needs_meshes, needs_devices, needs_hdf5, needs_live,
                      tactor)
 
 
@@ -255,43 +255,6 @@ judge: whole
 
 
 class LeavingOut(CommandTest):
-    @needs_meshes
-    def test_a_translation_only_scene_computes_no_torque_and_says_so(self):
-        summary = self.run_graph(GRAPHS / "duck/refit.yaml", "--duration", "0.5")
-        self.assertTrue(left_out(summary, "torque"))
-        self.assertNotIn("torque", summary["delivered"])
-        self.assertIn("torque", self.run_ok("check", "--explain", GRAPHS / "duck/refit.yaml").stdout)
-
-    @needs_meshes
-    def test_fixed_coefficients_start_no_refitter(self):
-        summary = self.run_graph(GRAPHS / "duck/fixed.yaml", "--duration", "0.5")
-        self.assertNotIn("refit", summary["cost_us"])
-        self.assertEqual(summary["refits"], 0)
-        (reason,) = [item["why"] for item in left_out(summary, "node refit")]
-        self.assertGreater(len(reason), 5)
-        self.assertIn("coefficients are fixed", self.run_ok("check", "--explain", GRAPHS / "duck/fixed.yaml").stdout)
-
-    @needs_meshes
-    def test_the_collision_that_suits_the_scene_is_chosen_and_told(self):
-        for graph, kind, why in (("duck/off.yaml", "collision.primitive", "the moving body tool is a sphere"),
-                                 ("peg_in_hole/off.yaml", "collision.sdf", "the moving body tool is a mesh"),
-                                 ("peg_free/off.yaml", "collision.none", "the scene has nothing to hit")):
-            with self.subTest(graph=graph):
-                text = self.run_ok("check", "--explain", GRAPHS / graph).stdout
-                self.assertIn(f"collision.auto is {kind}", text)
-                self.assertIn(why, text)
-        summary = self.run_graph(GRAPHS / "duck/off.yaml", "--duration", "0.5")
-        self.assertEqual(summary["cost_us"]["collision"]["type"], "collision.primitive")
-        self.assertEqual(summary["chosen"], [{"node": "collision", "asked": "collision.auto",
-                                              "type": "collision.primitive",
-                                              "why": "the moving body tool is a sphere"}])
-
-    @needs_meshes
-    def test_nothing_to_hit_needs_no_collision_and_loads_no_mesh_library_code_for_it(self):
-        summary = self.run_graph(GRAPHS / "peg_free/off.yaml", "--duration", "0.5")
-        self.assertTrue(left_out(summary, "collision"))
-        self.assertNotIn("collision", summary["cost_us"])
-
     def loaded(self, graph):
         result = self.run_ok("run", graph, "--out", self.folder / "out",
                              environment={**self.environment, "LD_DEBUG": "files"})

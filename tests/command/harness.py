@@ -340,7 +340,3 @@ def check_loop(test, device):
     if not IS_SANITIZED:
         test.assertEqual(device["allocations"], 0)
     test.assertGreaterEqual(device["page_faults"], 0)
-
-
-def left_out(summary, word):
-    return [item for item in summary["left_out"] if word in item["what"]]

@@ -32,27 +32,6 @@ class Definitions(CommandTest):
         page = (ROOT / "docs/reference/metrics.md").read_text()
         self.assertIn(f"**Version {self.version()} of the definitions.**", page)
 
-    def test_a_handle_without_mass_is_refused_with_what_is_expected(self):
-        for mass in ("0 kg", "-1 kg", "1000 kg", "1 N", "heavy"):
-            done = tactor("run", self.judged_small_graph(), "--set", f"metrics.mass={mass}", "--out", self.folder / "refused")
-            self.assertEqual(done.returncode, 2, mass)
-            self.assertRegex(done.stderr, r"metrics\.mass: expected a mass \(kg\)( from 0\.001 to 100)?, found")
-
-    def test_the_handle_s_mass_is_that_of_the_device_unless_it_is_told_another(self):
-        def vibration(*sets):
-            found = self.run_graph(GRAPHS / "wall/off.yaml", *(word for text in sets for word in ("--set", text)), "--duration", "2", "--overwrite")
-            return found["delivered"]["force"]["vibration_above_threshold_dB"]
-
-        light = vibration("metrics.mass=45 g")
-        self.assertNotEqual(light, vibration("metrics.mass=100 g"))
-        self.assertEqual(vibration("device.mass=45 g"), light)
-        self.assertEqual(vibration("device.mass=200 g", "metrics.mass=45 g"), light)
-
-    def test_a_former_name_of_it_is_told(self):
-        done = tactor("check", GRAPHS / "wall/off.yaml", "--set", "metrics.handle_mass=45 g")
-        self.assertEqual(done.returncode, 2)
-        self.assertRegex(done.stderr, "handle_mass.*mass")
-
     def test_every_table_names_it(self):
         version = self.version()
         said = f"metrics by version {version} of their definitions"
