@@ -32,11 +32,6 @@ const Over brief{"protocol.interval=0.1 s", "protocol.change=0.15 s", "observer.
 
 using Row = std::map<std::string, std::string>;
 
-Over operator+(Over over, const Over& more) {
-  over.insert(over.end(), more.begin(), more.end());
-  return over;
-}
-
 std::vector<std::string> cells_of(const std::string& line) {
   std::vector<std::string> cells;
   std::istringstream in(line + ",");
@@ -96,12 +91,6 @@ struct Fixture {
     return refusal(with_protocol(lines, nodes));
   }
 };
-
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  const std::size_t at = text.find(what);
-  BOOST_REQUIRE(at != std::string::npos);
-  return text.replace(at, what.size(), by);
-}
 
 }  // namespace
 

@@ -13,9 +13,8 @@ namespace {
 
 const std::string wall = "wall/off.yaml";
 
-double vibration(Over over) {
-  over.push_back("duration=2 s");
-  return run(planned(wall, over)).metric("delivered.force.vibration_above_threshold_dB");
+double vibration(const Over& over) {
+  return run(planned(wall, over + Over{"duration=2 s"})).metric("delivered.force.vibration_above_threshold_dB");
 }
 
 }  // namespace

@@ -48,12 +48,6 @@ double largest(const Vec3& v) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
 }
 
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  const std::size_t at = text.find(what);
-  BOOST_REQUIRE(at != std::string::npos);
-  return text.replace(at, what.size(), by);
-}
-
 }  // namespace
 
 BOOST_FIXTURE_TEST_CASE(a_pushed_block_rests_where_friction_and_springs_put_it, Fixture) {

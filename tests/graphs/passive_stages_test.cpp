@@ -27,8 +27,7 @@ std::string file_of(const std::string& stage) {
 Played staged(const fs::path& graph, const std::string& method, const std::string& stage, const Over& settings) {
   Over over{"methods/" + method + ".yaml"};
   if (!stage.empty()) over.push_back(file_of(stage));
-  over.insert(over.end(), settings.begin(), settings.end());
-  return played(graph, over);
+  return played(graph, over + settings);
 }
 
 }  // namespace

@@ -54,13 +54,6 @@ edges:
 /// Of 10 mm, closed and counter-clockwise from outside.
 const std::string tetrahedron = "OFF\n4 4 0\n0 0 0\n0.01 0 0\n0 0.01 0\n0 0 0.01\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
 
-std::string replaced(std::string text, const std::string& what, const std::string& by) {
-  for (std::size_t at = 0; (at = text.find(what, at)) != std::string::npos; at += by.size()) {
-    text.replace(at, what.size(), by);
-  }
-  return text;
-}
-
 struct Fixture {
   TemporaryFolder folder;
   fs::path base = file("base.yaml", base_graph);

@@ -16,13 +16,13 @@ struct Played {
   std::vector<Vec3> force, handle;
 };
 
-inline Played played(const std::filesystem::path& graph, Over over, std::vector<Listener> listeners = {}) {
-  over.push_back("record=[device.truth, device.commanded]");
+inline Played played(const std::filesystem::path& graph, const Over& over, std::vector<Listener> listeners = {}) {
+  const Over recorded{"record=[device.truth, device.commanded]"};
   std::vector<Stamped<Wrench>> commanded;
   std::vector<Stamped<DeviceState>> truth;
   listeners.push_back(kept("device.commanded", commanded));
   listeners.push_back(kept("device.truth", truth));
-  Played found{run(planned(graph, over), listeners, {.without_reference = true}), {}, {}};
+  Played found{run(planned(graph, over + recorded), listeners, {.without_reference = true}), {}, {}};
   for (std::size_t i = 0; i < std::min(commanded.size(), truth.size()); ++i) {
     found.force.push_back(commanded[i].value.force);
     found.handle.push_back(truth[i].value.X_WD.p);

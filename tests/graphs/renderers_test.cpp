@@ -110,10 +110,8 @@ nodes:
 
 BOOST_AUTO_TEST_CASE(a_vibration_takes_the_device_s_parameters_unless_it_is_told_others) {
   const Over omega{file_of("impact"), "devices/omega_3.yaml", "duration=0.1 s"};
-  Over stiff = omega;
-  stiff.push_back("impact.mode_frequency=0 Hz");
   BOOST_TEST(unjudged_run(wall, omega).metric("impact.match_error") > 0.05);
-  BOOST_TEST(unjudged_run(wall, stiff).metric("impact.match_error") < 0.01);
+  BOOST_TEST(unjudged_run(wall, omega + Over{"impact.mode_frequency=0 Hz"}).metric("impact.match_error") < 0.01);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -38,11 +38,7 @@ struct Fixture {
   /// The shipped scene with texts replaced, each of which it has.
   fs::path changed(const Changes& changes) const {
     std::string text = scene;
-    for (const auto& [before, after] : changes) {
-      std::size_t at = text.find(before);
-      BOOST_TEST(at != std::string::npos, before);
-      for (; at != std::string::npos; at = text.find(before, at + after.size())) text.replace(at, before.size(), after);
-    }
+    for (const auto& [before, after] : changes) text = replaced(text, before, after);
     return write(folder.path() / "scene.yaml", text);
   }
 

@@ -26,11 +26,6 @@ std::string away(int ms) {
   return "passivity/delay_" + std::to_string(ms) + "ms.yaml";
 }
 
-Over operator+(Over over, const Over& more) {
-  over.insert(over.end(), more.begin(), more.end());
-  return over;
-}
-
 /// The mean of the z components from `begin` up to `end`.
 double mean_z(const std::vector<Vec3>& vectors, std::size_t begin, std::size_t end) {
   BOOST_REQUIRE(end <= vectors.size());

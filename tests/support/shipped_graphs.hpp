@@ -50,8 +50,21 @@ inline std::string text_in(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
+/// The text with all of `what`, which it has, replaced.
+inline std::string replaced(std::string text, const std::string& what, const std::string& by) {
+  std::size_t at = text.find(what);
+  BOOST_TEST(at != std::string::npos, what << " in " << text);
+  for (; at != std::string::npos; at = text.find(what, at + by.size())) text.replace(at, what.size(), by);
+  return text;
+}
+
 /// What is laid over a graph: each word is `PATH=VALUE`, or a file, whose path may begin in `graphs`.
 using Over = std::vector<std::string>;
+
+inline Over operator+(Over over, const Over& more) {
+  over.insert(over.end(), more.begin(), more.end());
+  return over;
+}
 
 inline GraphSpec loaded(const std::filesystem::path& graph, const Over& over = {}) {
   Overrides patches;
@@ -134,12 +147,12 @@ inline const NodeCost& node_of(const RunResult& run, const std::string& name) {
   return run.nodes.front();
 }
 
-/// The largest difference is absolute.
+/// Fails where the two numbers are further apart.
 inline void near(double found, double expected, double difference) {
   BOOST_TEST(std::abs(found - expected) <= difference, found << " is not within " << difference << " of " << expected);
 }
 
-/// True where the pattern, an ECMAScript one, is found in the text.
+/// Fails where the text does not have the ECMAScript pattern.
 inline void says_like(const std::string& text, const std::string& pattern) {
   BOOST_TEST(std::regex_search(text, std::regex(pattern)), pattern << " in " << text);
 }
