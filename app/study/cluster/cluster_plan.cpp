@@ -49,29 +49,29 @@ std::string plan_header() {
 
 nlohmann::ordered_json manifest_of(const ClusterPlan& plan) {
   const PlannedCases& planned = plan.planned;
-  nlohmann::ordered_json json;
-  json["tactor"] = TACTOR_VERSION;
-  json["key"] = plan.key;
-  json["study"] = {{"name", plan.spec.name},
-                   {"file", plan.spec.file.string()},
-                   {"hash", content_key({plan.spec.text})},
-                   {"options", planned.settings.identity.options}};
-  json["code"] = plan.code;
-  json["runs"] = planned.runs();
-  json["seeds"] = planned.settings.seeds;
-  json["chunk_s"] = plan.chunk_s;
-  json["stages"] = nlohmann::ordered_json::array();
+  nlohmann::ordered_json manifest;
+  manifest["tactor"] = TACTOR_VERSION;
+  manifest["key"] = plan.key;
+  manifest["study"] = {{"name", plan.spec.name},
+                       {"file", plan.spec.file.string()},
+                       {"hash", content_key({plan.spec.text})},
+                       {"options", planned.settings.identity.options}};
+  manifest["code"] = plan.code;
+  manifest["runs"] = planned.runs();
+  manifest["seeds"] = planned.settings.seeds;
+  manifest["chunk_s"] = plan.chunk_s;
+  manifest["stages"] = nlohmann::ordered_json::array();
   for (const Stage& stage : plan.stages) {
-    json["stages"].push_back({{"name", name_of(stage.kind)}, {"units", stage.units()}, {"tasks", stage.chunks()}});
+    manifest["stages"].push_back({{"name", name_of(stage.kind)}, {"units", stage.units()}, {"tasks", stage.chunks()}});
   }
   // The content of a case is the hash of its resolved graph with the bytes of all files that it names.
-  json["cases"] = nlohmann::ordered_json::array();
+  manifest["cases"] = nlohmann::ordered_json::array();
   for (std::size_t c = 0; c < planned.cases.size(); ++c) {
-    json["cases"].push_back({{"graph", planned.cases[c].graph.string()},
-                             {"configuration", planned.cases[c].configuration},
-                             {"content", planned.checks[c].content}});
+    manifest["cases"].push_back({{"graph", planned.cases[c].graph.string()},
+                                 {"configuration", planned.cases[c].configuration},
+                                 {"content", planned.checks[c].content}});
   }
-  return json;
+  return manifest;
 }
 
 }  // namespace
