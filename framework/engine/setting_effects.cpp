@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "framework/engine/plan_nodes.hpp"
+#include "framework/engine/run_events.hpp"
 
 namespace tactor {
 
@@ -176,8 +177,7 @@ class EffectCheck {
                                 [&](const std::set<std::size_t>& params) { return params.contains(*index); });
   }
 
-  /// The note says that a parameter that is set is without effect, or it came with the settings (see
-  /// setting_effects.hpp).
+  /// True where the note tells that a setting is not felt (see setting_effects.hpp).
   bool is_felt_alike(const std::string& note, const std::vector<LimitedParameter>& limits) {
     const auto limit =
         std::find_if(limits.begin(), limits.end(), [&](const LimitedParameter& one) { return one.note == note; });
@@ -205,6 +205,11 @@ void check_effects(const Plan& plan) {
   Diagnostics diagnostics;
   for (const NodeSpec& setter : plan.nodes) {
     if (!setter.info->sets) continue;
+    for (const Setting& setting : setter.info->sets(setter.params)) {
+      if (setting.text().size() <= SetEvent::most_text) continue;
+      const std::string path = "nodes." + setter.name + "." + setting.path;
+      diagnostics.error(plan.graph.place_of(path), path + ": the value of " + setting.parameter + " is too long");
+    }
     for (const NodeSpec& node : plan.nodes) EffectCheck(plan, setter, node, diagnostics).check();
   }
   diagnostics.throw_if_any();

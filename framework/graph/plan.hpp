@@ -12,10 +12,10 @@ namespace tactor {
 
 /// Something that was not needed and why.
 struct LeftOut {
-  enum class Kind : std::uint8_t { torque, node, edge, recording };
+  enum class Kind : std::uint8_t { other, torque, node, edge, recording };
   std::string what;  ///< `node refit`, `torque`, `edge a.x -> b.y`
   std::string why;   ///< for example `the coefficients are fixed`
-  Kind kind = Kind::torque;
+  Kind kind = Kind::other;
   std::string node{};  ///< its name, where it is a node
 };
 

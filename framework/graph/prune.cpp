@@ -92,7 +92,8 @@ Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires) {
 
   if (!graph.scene.rotates()) {
     kept.left_out.push_back(
-        {"torque", graph.scene.tool() == nullptr ? "no body of the scene moves" : "the scene is translation-only"});
+        {"torque", graph.scene.tool() == nullptr ? "no body of the scene moves" : "the scene is translation-only",
+         LeftOut::Kind::torque});
   }
   for (const auto& [n, reason] : kept.node_reasons) {
     // Its work is done by another node then.

@@ -15,6 +15,7 @@ namespace {
 /// value.
 std::string why_not_settable(const GraphSpec& graph, const Kept& kept, const Setting& setting,
                              const std::string& where) {
+  if (setting.value.empty()) return "expected node.parameter=value, found no value";
   std::vector<std::string> tunable;
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {
     const NodeSpec& node = graph.nodes[n];

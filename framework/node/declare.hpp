@@ -91,18 +91,20 @@ class Declare {
   }
   /// It talks to hardware, so it runs only with `clock: real`.
   Declare& hardware() {
-    info_.hardware.emplace();
+    if (!info_.hardware) info_.hardware.emplace();
     return actuator();
   }
   /// Which devices are attached (see HardwareAccess).
   Declare& discover(std::function<std::vector<std::string>(std::vector<std::string>&)> list) {
-    info_.hardware.value().discover = std::move(list);
+    TACTOR_DEMAND(info_.hardware);
+    info_.hardware->discover = std::move(list);
     return *this;
   }
   /// How the device is calibrated (see HardwareAccess).
   Declare& calibrate(std::function<std::string(const P&, const Ask&)> work) {
+    TACTOR_DEMAND(info_.hardware);
     auto params = params_;
-    info_.hardware.value().calibrate = [params, work](const ParamValues& values, const Ask& ask) {
+    info_.hardware->calibrate = [params, work](const ParamValues& values, const Ask& ask) {
       return work(assign_all(*params, values), ask);
     };
     return *this;

@@ -256,7 +256,7 @@ inline constexpr double default_haptic_rate = 1000;
 /// Shows a person a text and waits for the answer: true for yes.
 using Ask = std::function<bool(const std::string& text)>;
 
-/// What can be done with the devices of a type that talks to hardware; null: nothing.
+/// What a type that talks to hardware can do with its devices. A function that is null: it cannot.
 struct HardwareAccess {
   /// A line for each attached device that the type recognises, without opening any for long. Each problem that keeps
   /// devices from being recognised, such as a broken profile, is a line in `notes`.

@@ -275,9 +275,10 @@ class Session::Run {
       if (index >= settings[next.by].size()) throw InputError("there is no setting of index " + std::to_string(index));
       NewValue value = settings[next.by][index];
       if (next.request.kind == RequestKind::set_number) {
-        // A bare number is in SI units.
         const NodeSpec& node = plan.nodes[value.at.node];
-        value = parsed(node.name + "." + node.info->params[value.at.param].name, number_text(next.request.number));
+        const ParamInfo& param = node.info->params[value.at.param];
+        value = parsed(node.name + "." + param.name,
+                       number_text(next.request.number) + (param.unit == "1" ? "" : " " + param.unit));
       }
       set(value);
       last_made = {next.by, value.at.node};

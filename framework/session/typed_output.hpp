@@ -1,4 +1,4 @@
-// An output of a node by name and type: devices name theirs alike, and a node of another library may not.
+// An output of a node by name and type.
 #pragma once
 
 #include <string_view>

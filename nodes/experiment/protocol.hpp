@@ -54,7 +54,7 @@ class Protocol final : public Node {
   [[nodiscard]] static ProtocolSettings settings(const Params& params);
   /// True where the procedure changes a level.
   [[nodiscard]] static bool has_level(const Params& params);
-  /// The value of the parameter at that level in its SI unit; a unit that does not exist counts as SI.
+  /// The value of the parameter at that level in its SI unit. Throws ValueError where the unit does not exist.
   [[nodiscard]] static double level_si(const Params& params, double level);
   /// The same as a graph file has it: `1.1`, `800 N/m`.
   [[nodiscard]] static std::string level_text(const Params& params, double level);

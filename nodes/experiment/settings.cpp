@@ -5,6 +5,7 @@
 
 #include "framework/core/text.hpp"
 #include "framework/core/units.hpp"
+#include "framework/core/value_error.hpp"
 #include "nodes/experiment/number_text.hpp"
 #include "nodes/experiment/protocol.hpp"
 
@@ -43,8 +44,9 @@ bool Protocol::has_level(const Params& params) {
 }
 
 double Protocol::level_si(const Params& params, double level) {
-  const std::optional<Unit> unit = parse_unit(params.unit);
-  return (params.standard + level) * (unit ? unit->scale : 1);
+  const auto read = parse_quantity(level_text(params, level));
+  if (const auto* problem = std::get_if<std::string>(&read)) throw ValueError("unit", "unit: " + *problem);
+  return std::get<Quantity>(read).value_si;
 }
 
 std::string Protocol::level_text(const Params& params, double level) {

@@ -85,6 +85,7 @@ ParamInfo param_from(const std::string& name, const py::object& declared) {
   param.max = declared.attr("max").cast<double>();
   param.choices = declared.attr("choices").cast<std::vector<std::string>>();
   param.tunable = declared.attr("tunable").cast<bool>();
+  if (declared.attr("ramp").cast<bool>()) param.meaning = ParamMeaning::ramp;
   param.doc = declared.attr("doc").cast<std::string>();
   const py::object value = declared.attr("default");
   if (!value.is_none()) param.default_value = value_from(value, param.kind);

@@ -93,6 +93,7 @@ class _Parameter:
     choices: tuple[str, ...]
     tunable: bool
     doc: str
+    ramp: bool = False
     rate: bool = False
     fixed: bool = False  # of a rate
 
@@ -107,6 +108,7 @@ def Parameter(
     choices: Sequence[str] = (),
     file: bool = False,
     tunable: bool = False,
+    ramp: bool = False,
     doc: str = "",
 ) -> Any:
     """A parameter, which a graph may give beside `python:`. In the node its attribute is the value, in SI units.
@@ -118,6 +120,7 @@ def Parameter(
     choices: the texts that it may be.
     file: the path of a file that exists, found as meshes are; its content counts where results are kept.
     tunable: it may be set while a run goes on; the node's `tune()` is called afterwards, where it has one.
+    ramp: the time in s in which the node reaches a new value; an experiment that sets the node must wait for it.
     """
     kind = _kind_of(default, type, choices, file)
     if kind in ("integer", "real") and default is not None:
@@ -128,6 +131,8 @@ def Parameter(
         raise TypeError("min and max are for numbers")
     if kind not in ("real", "reals") and unit != "1":
         raise TypeError("unit is for a float or a list of floats; write 1.0 instead of 1")
+    if ramp and (kind, unit) != ("real", "s"):
+        raise TypeError('ramp is for a float with unit="s"')
     low, high = (0, 2**31) if kind == "integer" else (-math.inf, math.inf)
     if kind == "integer" and isinstance(default, int) and min is None and default < 0:
         low = -(2**31)
@@ -138,7 +143,7 @@ def Parameter(
     for number in default if kind == "reals" and default is not None else [default]:
         if isinstance(number, (int, float)) and not low <= number <= high:
             raise ValueError(f"expected a default from {low} to {high}, found {number}")
-    return _Parameter(default, kind, unit, low, high, tuple(choices), tunable, doc)
+    return _Parameter(default, kind, unit, low, high, tuple(choices), tunable, doc, ramp)
 
 
 def Rate(default: float | None = None, *, min: float = 1e-3, max: float = 1e5, fixed: bool = False, doc: str = "how often it steps") -> Any:

@@ -58,6 +58,22 @@ class Hand(tactor.Node):
         self.target.send(step.now_ns, made)
 '''
 
+# A stage that reaches a new factor in two seconds, as it says.
+SLOW = '''import tactor
+
+
+class Slow(tactor.Node):
+    """Scales the force slowly."""
+
+    force = tactor.Input("ForceSegment", trigger=True, doc="the force")
+    segment = tactor.Output("ForceSegment", doc="the same, scaled")
+    factor = tactor.Parameter(1.0, min=0, max=10, tunable=True, doc="the factor")
+    ramp = tactor.Parameter(2.0, unit="s", %s doc="the time in which a new factor is reached")
+
+    def step(self, step):
+        pass
+'''
+
 
 def streams(recording):
     """The bytes of every stream."""
@@ -98,6 +114,13 @@ class NodesInPython(CommandTest):
             for stream, data in found["cpp"].items():
                 self.assertGreater(len(data), 10_000, stream)
                 self.assertEqual(found["python"][stream], data, stream)
+
+    def test_an_experiment_waits_for_the_ramp_that_a_node_declares(self):
+        self.write("slow.py", SLOW % "ramp=True,")
+        graph = self.write("study.yaml", "extends: experiments/simulated.yaml\nnodes: {gain: {python: 'slow.py:Slow'}}\n")
+        self.refused("nodes.protocol.change: expected at least 2 s, the ramp of gain", graph=graph)
+        self.write("slow.py", SLOW.replace('unit="s", %s', "ramp=True,"))
+        self.refused('ramp is for a float with unit="s"', graph=graph)
 
     @needs_hdf5
     def test_a_recorded_graph_runs_again(self):

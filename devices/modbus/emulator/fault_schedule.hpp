@@ -12,7 +12,7 @@
 
 namespace tactor::modbus {
 
-/// Begins each fault when its time comes, and ends it after its value where it lasts.
+/// Begins each fault when its time comes, and ends one that lasts after its duration.
 class FaultSchedule {
  public:
   /// `serial`: the line is a serial one, else TCP.

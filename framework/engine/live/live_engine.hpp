@@ -125,15 +125,17 @@ class LiveEngine final : public Engine, private ExternalInputs {
   std::function<bool()> stop_asked_ = [] { return false; };
   StepTimes step_times_;
   LanePlan lanes_;
-  std::vector<std::unique_ptr<RealtimeLane>> loops_;    // by node, null outside of the real-time lane
   std::vector<std::unique_ptr<LatencyHistogram>> age_;  // by edge, written by its reader's steps
 
-  mutable PriorityMutex mutex_;  // over all down to `missing_`, but for the timer's thread
+  mutable PriorityMutex mutex_;  // while the run goes on, over all down to `missing_` but the thread of the timer
   Timer timer_;
   std::unique_ptr<Dispatcher> dispatcher_;
   ActorSteps steps_;
   StallWatch stalls_;
   std::vector<std::string> missing_;
+
+  std::vector<std::unique_ptr<RealtimeLane>>
+      loops_;  // by node, null outside of the real-time lane; end before dispatcher_
 
   Instant origin_;
   std::optional<MemoryLock> memory_;

@@ -356,7 +356,7 @@ BOOST_AUTO_TEST_CASE(what_cannot_be_set_ends_the_run_and_says_what_it_was_for) {
   session.start();
   BOOST_CHECK_EXCEPTION(session.advance(Duration::from_seconds(1)), RunError, [](const RunError& error) {
     const std::string said = error.what();
-    return said.starts_with("trial 7, interval 1: ") && said.find("slow.k=-1: ") != std::string::npos;
+    return said.starts_with("trial 7, interval 1: ") && said.find("slow.k=-1 N/m: ") != std::string::npos;
   });
   BOOST_TEST(dynamic_cast<const Confirmer&>(session.nodes()[1]).confirmed == 0);
 }
