@@ -26,10 +26,40 @@ def inside(path, *folders):
     return any(relative.startswith(folder + "/") for folder in folders)
 
 
+def code_alone(text):
+    """The text with blanks for comments, literals and directives."""
+    return re.sub(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'|(?m:^ *#[^\n]*)',
+                  lambda found: re.sub(r"[^\n]", " ", found[0]), text, flags=re.DOTALL)
+
+
+def members_of(text):
+    """{class: names of its members that may change}, of a source; those are `name_`, neither constant nor a reference."""
+    found, classes, statement = {}, [], ""  # of each open brace: the name of its class, or None
+    for piece in re.split(r"([{};])", code_alone(text)):
+        inside_class = not classes or classes[-1] is not None
+        if piece == "{":
+            named = re.search(r"\b(?:class|struct)\s+(\w+)(?:\s+final)?\s*(?::[^:].*)?$", re.sub(r"template\s*<[^{]*?>\s*", "", statement), re.DOTALL)
+            is_scope = named or re.search(r"\bnamespace\b[^()]*$", statement)
+            classes.append((named[1] if named else "") if is_scope and inside_class else None)
+            statement = "" if classes[-1] is not None else statement
+        elif piece == "}":
+            ended = classes.pop()
+            if ended is not None or "(" in re.sub(r"<.*>", "", statement):
+                statement = ""
+        elif piece == ";":
+            if inside_class and classes and classes[-1]:
+                bare = re.sub(r"=.*", "", re.sub(r"<.*>", "", re.sub(r"\b(public|private|protected):", "", statement), flags=re.DOTALL), flags=re.DOTALL).strip()
+                if not re.match(r"(const|static|using|friend|typedef)\b", bare) and not re.search(r"\(|&|\*\s*const\s", bare):
+                    found.setdefault(classes[-1], []).extend(re.findall(r"\b\w+_\b(?!\w)", bare))
+            statement = "" if inside_class else statement
+        elif inside_class:
+            statement += piece
+    return {name: names for name, names in found.items() if names}
+
+
 def functions_of(text):
     """(line, lines) of each function of a source, from its name to its closing brace; one within another counts to that."""
-    quiet = re.sub(r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])\'|(?m:^ *#[^\n]*)',
-                   lambda found: re.sub(r"[^\n]", " ", found[0]), text, flags=re.DOTALL)
+    quiet = code_alone(text)
     found, open_braces, begin = [], [], 0  # of each open brace: where its statement begins, or None for a scope; where this statement begins
     for at in re.finditer(r"[{};]", quiet):
         statement = quiet[begin:at.start()]
@@ -253,6 +283,33 @@ class Text(unittest.TestCase):
     def test_the_lengths_of_functions_are_found(self):
         text = "struct A {\n  int f() const {\n    return 1;  // }\n  }\n};\nA::A()\n    : a_{1},\n      b_(\"}\") {\n  if (a_) {\n  }\n}\n"
         self.assertEqual(functions_of(text), [(2, 3), (6, 6)])
+
+    def test_a_class_has_one_job(self):
+        for path in SOURCES:
+            if inside(path, "tests", "bench"):
+                continue
+            for name, members in members_of(path.read_text()).items():
+                with self.subTest(name=f"{path.relative_to(ROOT).as_posix()}: {name}"):
+                    self.assertLessEqual(len(members), 20, members)
+
+    def test_the_members_of_classes_are_found(self):
+        text = """namespace n {
+class A final : public B<int> {
+ public:
+  explicit A(int a) : a_{a} { b_ = {1}; }
+  int f() const { int c_ = 1; return c_; }
+  struct In { int in_; };
+ private:
+  const int k_ = 1;
+  C& r_;
+  int a_, b_ = 2;
+  std::map<int, std::function<void(int)>> m_;
+  D d_{1, {2}};
+  double* const p_;
+};
+}
+"""
+        self.assertEqual(members_of(text), {"A": ["a_", "b_", "m_", "d_"], "In": ["in_"]})
 
     def test_no_promise_stands_where_code_should(self):
         promise = re.compile(r"\b(TODO|FIXME|XXX|HACK)\b")
