@@ -265,8 +265,9 @@ BOOST_AUTO_TEST_CASE(a_reference_follows_a_run_and_finds_the_error_that_is_found
   BOOST_TEST(!found.failure.has_value());
   BOOST_TEST(found.error.compared > 3000U);
   BOOST_TEST(found.behind.seconds() < 0.01);
+  const TemporaryFolder references;
   RunOptions options;
-  options.cache_folder = fs::path(TACTOR_BINARY_DIR) / "tests/cache";
+  options.cache_folder = references.path();
   options.judge_whole = true;  // as the follower does
   const RunResult judged = execute(plan, options);
   const double error = judged.metric("delivered.force.rms_error_N"),

@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "app/run/run.hpp"
+#include "framework/core/check.hpp"
 #include "framework/core/message.hpp"
+#include "framework/core/temporary_folder.hpp"
 #include "framework/engine/plan_nodes.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
@@ -127,14 +129,15 @@ Listener kept(const std::string& output, std::vector<Stamped<T>>& messages) {
   };
 }
 
-/// Runs the plan to its end.
+/// Runs the plan to its end. Throws RunError where it fails.
 inline RunResult run(const Plan& plan, const std::vector<Listener>& listeners = {}, RunOptions options = {}) {
-  options.cache_folder = std::filesystem::path(TACTOR_BINARY_DIR) / "tests/cache";
+  static const TemporaryFolder references;
+  options.cache_folder = references.path();
   options.before_start = [&listeners](Session& session) {
     for (const Listener& listener : listeners) listener(session);
   };
   RunResult result = execute(plan, options);
-  BOOST_TEST_REQUIRE(!result.failure.has_value(), result.failure.value_or(""));
+  if (result.failure) throw RunError(*result.failure);
   return result;
 }
 
