@@ -436,11 +436,13 @@ BOOST_AUTO_TEST_CASE(the_terminal_tells_nothing_of_the_force_of_a_blind_run) {
   for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference", "limit cycle"}) {
     says(headline_text(run, "report.html", false, 200), told);
   }
+  run.remarks = {"the device displayed less force than was wanted"};
   run.blind = true;
   const std::string text = headline_text(run, "report.html", false, 200);
   for (const char* told : {"0.100 N RMS", "4 ms", "rollout", "second difference", "limit cycle", "--all"})
     says_not(text, told);
-  for (const char* told : {"done, 1 s", "let the force through 90 % of the time", "dropped 3 messages", "blind"})
+  for (const char* told : {"done, 1 s", "let the force through 90 % of the time", "dropped 3 messages", "blind",
+                           "the device displayed less force than was wanted"})
     says(text, told);
 }
 

@@ -108,7 +108,7 @@ BOOST_FIXTURE_TEST_CASE(a_staircase_finds_the_threshold_and_its_table_tells_the_
   int in_a_row = 0, before = 0;
   for (const Row& row : rows) {
     const bool correct = row.at("correct") == "1";
-    BOOST_TEST(correct == (row.at("response") == row.at("comparison")));
+    BOOST_TEST(row.at("correct") == (row.at("response") == row.at("comparison") ? "1" : "0"));
     in_a_row = correct ? in_a_row + 1 : 0;
     const int direction = !correct ? 1 : in_a_row == 3 ? -1 : 0;
     if (direction == 0) continue;

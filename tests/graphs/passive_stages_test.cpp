@@ -61,6 +61,7 @@ BOOST_AUTO_TEST_CASE(a_run_that_is_passive_is_left_as_it_is) {
       {"wall/scene.yaml", "local"}, {"wall/scene.yaml", "hold"}, {wall, "local"}};
   for (const auto& [graph, method] : runs) {
     const Played plain = staged(graph, method, "", judged_by_nobody);
+    BOOST_TEST_REQUIRE(plain.force.size() > 2900U);
     for (const std::string& stage : stages) {
       BOOST_TEST_CONTEXT(graph << " " << method << " " << stage) {
         const Played found = staged(graph, method, stage, judged_by_nobody);
@@ -108,7 +109,8 @@ BOOST_AUTO_TEST_CASE(bad_parameters_are_refused) {
       {"energy_bound", "stiffness_min=0"},    {"controller", "lever=0"},
       {"energy_bound", "device_damping=1 kg"}};
   for (const auto& [stage, value] : bad) {
-    says(refusal(wall, {file_of(stage), "passivity." + value}), value.substr(0, value.find('=')));
+    says(refusal(wall, {file_of(stage), "passivity." + value}),
+         "passivity." + value.substr(0, value.find('=')) + ": expected ");
   }
 }
 

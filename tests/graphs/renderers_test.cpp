@@ -78,6 +78,7 @@ BOOST_AUTO_TEST_CASE(taps_on_a_device_vibrate_within_its_limits) {
   BOOST_TEST(result.metric("impact.events") >= 2);
   BOOST_TEST(result.metric("device.rejected_segments") == 0);
   BOOST_TEST(result.metric("device.slewed_ticks") == 0);
+  BOOST_TEST_REQUIRE(!commanded.empty());
   for (const Stamped<Wrench>& message : commanded) BOOST_TEST_REQUIRE(norm(message.value.force) <= 8);
 }
 

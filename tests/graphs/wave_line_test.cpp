@@ -151,10 +151,10 @@ BOOST_AUTO_TEST_CASE(the_line_takes_the_place_of_the_coupling_whatever_the_metho
 
 BOOST_AUTO_TEST_CASE(what_it_cannot_do_is_refused) {
   const std::vector<std::pair<Over, std::string>> refused{
-      {{"coupling.impedance=0"}, "impedance"},
-      {{"coupling.impedance=5 kg"}, "impedance"},
+      {{"coupling.impedance=0"}, "coupling.impedance: expected a damping (N s/m) above 0"},
+      {{"coupling.impedance=5 kg"}, "coupling.impedance: expected a damping (N s/m), found"},
       {{"coupling.impedance=26 N s/m"}, "expected at most a quarter of mass * rate, 25 N s/m"},
-      {{"coupling.catch_up=0 s"}, "catch_up"},
+      {{"coupling.catch_up=0 s"}, "coupling.catch_up: expected a time (s) from 0.001 to 10, found"},
       {{"scene.bodies.tool.motion=rigid", "dynamics.type=dynamics.rigid"}, "no torques"},
       {{"dynamics.type=dynamics.quasistatic"}, "its tool has no damper"}};
   for (const auto& [settings, words] : refused) says(refusal(wall, Over{waves} + settings), words);
