@@ -69,6 +69,10 @@ class ExitCodes(CommandTest):
         self.assertEqual(refused.returncode, 2)
         self.assertIn("node={type: ...} or node={python: FILE.py:Class}", " ".join(refused.stderr.split()))
 
+    def test_a_check_tells_the_metrics_of_a_run(self):
+        said = self.run_ok("check", "--metrics", GRAPHS / "wall/off.yaml").stdout
+        self.assertIn("\n  delivered.force.rms_error_N (N; lower is better)\n", said)
+
     def live_graph(self):
         return self.write("real.yaml", self.judged_small_graph().read_text().replace("clock: virtual", "clock: real"))
 

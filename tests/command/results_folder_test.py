@@ -61,6 +61,10 @@ class Kept(Results):
         self.here("run", graph, "--set", "metrics.rest=1000 s", "--out", "mine", "--overwrite", code=2)
         self.assertEqual({path.name: path.read_bytes() for path in (self.folder / "mine").iterdir()}, before)
 
+    def test_a_run_that_is_refused_while_loading_makes_no_folder(self):
+        self.here("run", self.judged_small_graph(), "--set", "metrics.rset=1", "--out", "never", code=2)
+        self.assertFalse((self.folder / "never").exists())
+
     def test_a_graph_of_the_user_is_not_replaced_by_that_of_the_results(self):
         own = self.judged_small_graph().rename(self.folder / "graph.yaml")
         text = own.read_text()

@@ -218,6 +218,7 @@ class Failures(StudyTest):
         (self.folder / "bad.off").write_text("OFF\n4 4 0\n0 0 0\nnonsense 0 0\n0 0.01 0\n0 0 0.01\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
         result = self.study(f"graphs: [{GRAPHS / 'duck/off.yaml'}]\nseeds: 1\nset:\n  scene.bodies.duck.mesh: bad.off\n", "bad", code=2)
         self.assertRegex(result.stderr, r"(?m)^(.*/)?study\.yaml:4:")
+        self.assertIn("bad.off:4", result.stderr)
 
     def test_bad_files_are_refused_with_their_place(self):
         graph = f"graphs: [{RECORDED}]\n"
