@@ -260,7 +260,7 @@ BOOST_AUTO_TEST_CASE(what_cannot_be_set_is_refused_with_the_reason_and_changes_n
 
 BOOST_AUTO_TEST_CASE(an_output_that_is_not_there_is_told_with_the_nearest_and_the_reason) {
   SamplePlan sample({}, 1.0);
-  sample.plan.left_out.push_back({"node refit", "the coefficients are fixed"});
+  sample.plan.left_out.push_back({"node refit", "the coefficients are fixed", LeftOut::Kind::node, "refit"});
   Session session(sample.plan);
   const auto refusal = [&session](const char* name) {
     try {
