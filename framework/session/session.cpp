@@ -147,10 +147,12 @@ class Session::Run {
 
   /// The value as the parameter takes it. Throws InputError where there is none.
   [[nodiscard]] NewValue parsed(std::string_view parameter, std::string_view value) const {
-    const TunableParameter at = find_tunable(plan, parameter);
-    std::string text(value);
-    const std::string where = "set " + std::string(parameter) + "=" + text;
-    return {at, parse_parameter(plan.nodes[at.node], at.param, text, where), std::move(text)};
+    return parsed_at(find_tunable(plan, parameter), std::string(value));
+  }
+  [[nodiscard]] NewValue parsed_at(const TunableParameter& at, std::string text) const {
+    const NodeSpec& node = plan.nodes[at.node];
+    const std::string where = "set " + node.name + "." + node.info->params[at.param].name + "=" + text;
+    return {at, parse_parameter(node, at.param, text, where), std::move(text)};
   }
 
   /// The change to that value. Throws InputError where the node refuses it together with its other parameters.
@@ -275,10 +277,8 @@ class Session::Run {
       if (index >= settings[next.by].size()) throw InputError("there is no setting of index " + std::to_string(index));
       NewValue value = settings[next.by][index];
       if (next.request.kind == RequestKind::set_number) {
-        const NodeSpec& node = plan.nodes[value.at.node];
-        const ParamInfo& param = node.info->params[value.at.param];
-        value = parsed(node.name + "." + param.name,
-                       number_text(next.request.number) + (param.unit == "1" ? "" : " " + param.unit));
+        const std::string& unit = plan.nodes[value.at.node].info->params[value.at.param].unit;
+        value = parsed_at(value.at, number_text(next.request.number) + (unit == "1" ? "" : " " + unit));
       }
       set(value);
       last_made = {next.by, value.at.node};

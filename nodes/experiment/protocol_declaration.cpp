@@ -29,9 +29,7 @@ void check_parameters_of(const Protocol::Params& params) {
     const std::string& code = params.conditions[i].first;
     const std::string path = "conditions." + code;
     std::set<std::string> set;
-    for (std::size_t at = settings.conditions[i].begin; at < settings.conditions[i].end; ++at) {
-      set.insert(settings.list[at].parameter);
-    }
+    for (const Setting& setting : settings.of_condition(i)) set.insert(setting.parameter);
     for (const std::string& name : set) {
       if (name != params.mute && !(Protocol::has_level(params) && name == params.level)) continue;
       throw ValueError(path, path + ": " + name + " is set by the protocol itself, as its mute or level");
@@ -120,9 +118,7 @@ StudyDesign Protocol::study_design(const Params& params) {
   const ProtocolSettings made = settings(params);
   for (std::size_t i = 0; i < params.conditions.size(); ++i) {
     conditions += params.conditions[i].first + ": ";
-    for (std::size_t at = made.conditions[i].begin; at < made.conditions[i].end; ++at) {
-      conditions += made.list[at].text() + "; ";
-    }
+    for (const Setting& setting : made.of_condition(i)) conditions += setting.text() + "; ";
   }
   design.add("conditions", conditions);
   number("order", static_cast<double>(params.order));

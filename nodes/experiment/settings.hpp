@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "framework/node/info.hpp"
@@ -17,6 +18,12 @@ struct ProtocolSettings {
   std::vector<Range> conditions;       ///< into `list`, by condition; at least one
   std::size_t muted = 0, unmuted = 0;  ///< indices; `unmuted` counts where the level is not the mute
   std::optional<std::size_t> level;    ///< index of the standard level; none: the procedure has no levels
+
+  /// The settings of a condition, in their order.
+  [[nodiscard]] std::span<const Setting> of_condition(std::size_t condition) const {
+    return std::span(list).subspan(conditions[condition].begin,
+                                   conditions[condition].end - conditions[condition].begin);
+  }
 };
 
 }  // namespace tactor

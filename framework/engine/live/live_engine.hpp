@@ -134,8 +134,8 @@ class LiveEngine final : public Engine, private ExternalInputs {
   StallWatch stalls_;
   std::vector<std::string> missing_;
 
-  std::vector<std::unique_ptr<RealtimeLane>>
-      loops_;  // by node, null outside of the real-time lane; end before dispatcher_
+  // By node, null outside of the real-time lane. They refer to lists of dispatcher_, so they end before it.
+  std::vector<std::unique_ptr<RealtimeLane>> loops_;
 
   Instant origin_;
   std::optional<MemoryLock> memory_;
