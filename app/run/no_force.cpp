@@ -120,13 +120,15 @@ NoForce withheld(const ForceAccount& account) {
     NoForceReason reason;
     std::string text;
   };
-  const std::array<Cause, 7> known{{
+  const std::array<Cause, 8> known{{
       {SafetyCause::not_finite, NoForceReason::not_finite, "the force was not finite"},
       {SafetyCause::overspeed, NoForceReason::overspeed, "the handle was too fast, or had been just before"},
       {SafetyCause::read_failed, NoForceReason::read_failed, "the device could not be read, or had failed just before"},
       {SafetyCause::write_failed, NoForceReason::write_failed, "the device took no wrench"},
       {SafetyCause::time_reversed, NoForceReason::time_reversed, "the clock had been set back"},
       {SafetyCause::dead_man, NoForceReason::dead_man, fmt::format("button {} was not held", account.dead_man_button)},
+      {SafetyCause::outside_workspace, NoForceReason::outside_workspace,
+       "the handle was outside the device's workspace"},
       {SafetyCause::stale, NoForceReason::stale, "the force was stale"},
   }};
   NoForce found{{}, NoForceReason::mixed, 0, account.gate.wanted, {}};
@@ -192,6 +194,9 @@ std::optional<NoForce> no_force_of(const ForceAccount& account, const Upstream& 
   if (always(present(SafetyCause::dead_man))) {
     return found(NoForceReason::dead_man, fmt::format("button {} was never held", account.dead_man_button));
   }
+  if (always(present(SafetyCause::outside_workspace))) {
+    return found(NoForceReason::outside_workspace, "the handle was never inside the device's workspace");
+  }
   if (!account.fed) return found(NoForceReason::not_fed, "no edge ends at its input segment");
   if (account.segments == 0 || gate.wanted == 0) {
     if (const auto refused = upstream.refused(device)) return refused;
@@ -229,11 +234,12 @@ std::optional<NoForce> no_force_of(const ForceAccount& account, const Upstream& 
 }  // namespace
 
 std::string_view name_of(NoForceReason reason) {
-  static constexpr std::array<std::string_view, 20> names{"never_ticked",
+  static constexpr std::array<std::string_view, 21> names{"never_ticked",
                                                           "device_not_ready",
                                                           "read_failed",
                                                           "write_failed",
                                                           "dead_man",
+                                                          "outside_workspace",
                                                           "not_fed",
                                                           "results_refused",
                                                           "no_result",

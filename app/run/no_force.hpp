@@ -19,11 +19,12 @@ enum class NoForceReason : std::uint8_t {
   device_not_ready,  ///< it never showed a position
   read_failed,
   write_failed,
-  dead_man,          ///< its button was not held
-  not_fed,           ///< no edge ends at its input
-  results_refused,   ///< a node before it could use nothing that came
-  no_result,         ///< a node before it sent nothing
-  segments_refused,  ///< the device could use none of the forces that came
+  dead_man,           ///< its button was not held
+  outside_workspace,  ///< its handle was beyond the end of its workspace
+  not_fed,            ///< no edge ends at its input
+  results_refused,    ///< a node before it could use nothing that came
+  no_result,          ///< a node before it sent nothing
+  segments_refused,   ///< the device could use none of the forces that came
   segments_not_fresh,
   not_permitted,  ///< the run ended before it let devices engage
   no_room,        ///< its largest force is zero

@@ -28,7 +28,7 @@ class FalconLink final : public Link, private UsbListener {
 
   [[nodiscard]] std::string name() const override { return "falcon (USB 0403:cb48)"; }
   bool open(LinkFailure& failure) override;
-  [[nodiscard]] bool sets_pace() const override { return true; }
+  [[nodiscard]] LinkPace pace() const override { return LinkPace::device; }
   bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) override;
   void close() override;
 

@@ -1,4 +1,5 @@
-// The commands on their way from a device loop to the thread of its line, and when they are cut to zero.
+// The commands on their way from a device loop to the thread of its line, when they are cut to zero, and when they
+// expire.
 #pragma once
 
 #include <cstdint>
@@ -11,14 +12,24 @@
 
 namespace tactor {
 
+/// How long a command holds.
+struct CommandTiming {
+  Duration age_max{50'000'000};     ///< the command is cut: the loop has stopped
+  Duration expires_after{age_max};  ///< the command has expired: the loop is late
+  Duration return_time{};           ///< after that, from zero to the whole command
+};
+
 /// The newest command of the loop, as the line may send it.
 ///
 /// The command is *cut*, zero is sent whatever the loop commands, from every call of `cut` on, and from a command on
-/// that is older than `age_max`, until the loop has commanded exactly zero once after that. A zero counts however short
+/// that is older than age_max, until the loop has commanded exactly zero once after that. A zero counts however short
 /// it was: a slow line need not have had a cycle in it.
+///
+/// A command that is older than expires_after has *expired*: zero is sent until there is a newer one, which then comes
+/// in over return_time.
 class CommandChannel {
  public:
-  explicit CommandChannel(Duration age_max) : age_max_(age_max) {}
+  explicit CommandChannel(const CommandTiming& timing) : timing_(timing) {}
 
   /// Device loop: the command from now on. Wait-free.
   void send(Instant now, const LinkCommand& command) noexcept;
@@ -28,7 +39,12 @@ class CommandChannel {
   /// Takes what has come, and gives the command that the device is to have at `now`.
   LinkCommand due(Instant now);
   void cut();
-  [[nodiscard]] std::uint64_t cuts() const { return cuts_; }  ///< so far
+  [[nodiscard]] std::uint64_t cuts() const { return cuts_; }          ///< so far
+  [[nodiscard]] std::uint64_t expiries() const { return expiries_; }  ///< so far
+  /// True where the command given last was zero for that reason.
+  [[nodiscard]] bool has_expired() const { return expired_; }
+  /// When the device was first given zero for the newest of them.
+  [[nodiscard]] Instant expired_at() const { return expired_at_; }
   /// When the newest command was given that has been taken; absent: none.
   [[nodiscard]] const std::optional<Instant>& commanded() const { return commanded_; }
 
@@ -38,7 +54,9 @@ class CommandChannel {
     Instant zeroed;  // when zero was commanded last
   };
 
-  const Duration age_max_;
+  [[nodiscard]] LinkCommand coming_back(Instant now);
+
+  const CommandTiming timing_;
   EdgeQueue orders_{sizeof(Order), alignof(Order), Queue{}};
   // The loop's.
   Instant zeroed_{INT64_MIN};
@@ -49,6 +67,11 @@ class CommandChannel {
   bool cut_ = true;
   Instant cut_since_;
   std::uint64_t cuts_ = 0;
+  bool expired_ = false;
+  bool returns_ = false;  // after it expired
+  Instant expired_at_;
+  Instant without_until_;  // when zero was given for it last
+  std::uint64_t expiries_ = 0;
 };
 
 }  // namespace tactor

@@ -1,7 +1,10 @@
 // What the declarations of devices of hardware have in common.
 #pragma once
 
+#include <span>
+
 #include "devices/hardware/hardware_device.hpp"
+#include "devices/hardware/status_info.hpp"
 #include "framework/realtime/declare_device.hpp"
 #include "framework/realtime/declare_velocity.hpp"
 
@@ -61,16 +64,52 @@ void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = 
           .missing_where(missing);
     }
   };
+  count("link.expired_per_min",
+        "cycles of the line in a minute that gave the device zero because the loop had not renewed its command for two "
+        "cycles of the slower of loop and line",
+        Better::lower);
   latency("age_us", "age of the sample in use at a tick", "no sample comes");
   latency("cycle_us", "time of a cycle of the line", "no cycle ends");
   count("jumps", "samples in which an encoder jumped, which are not believed", Better::lower);
   count("stuck", "times that an encoder stood still under a force", Better::lower);
-  count("limited_ticks", "ticks whose efforts were shortened to the device's own limits", Better::lower);
+  count("limited_ticks", "cycles of the line whose efforts were shortened to the device's own limits", Better::lower);
   declaration.metric(
       "device.velocity_cutoff_Hz", "Hz",
       "of the filters that estimate the handle's velocity, the cutoff of the one of order 3 that expects "
       "`velocity_departure`; the calmest of order 3 has 0.63 of it",
       Better::neither);
+}
+
+/// For devices with a gripper: its ports.
+template <class N>
+void declare_gripper(Declare<N>& declaration) {
+  declaration
+      .template input<GripperForce>("gripper_force", &N::gripper_force,
+                                    {.doc = "what its motor is to give; as far as the safety gate is open",
+                                     .required = false,
+                                     .in_reference = false})
+      .template output<GripperState>("gripper", &N::gripper, "how far the gripper is open");
+}
+
+/// For devices that tell more of themselves, in the order of LinkSample::status: a port, and for each value two
+/// metrics, device.status.NAME and device.status.NAME.most.
+template <class N>
+void declare_status(Declare<N>& declaration, std::span<const StatusInfo> values) {
+  TACTOR_DEMAND(!values.empty() && values.size() <= max_status);
+  std::string names;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const StatusInfo& info = values[i];
+    names += (i == 0 ? "" : ", ") + info.name + (info.unit == "1" ? "" : " (" + info.unit + ")");
+    const std::string metric = "device.status." + info.name;
+    declaration
+        .metric(metric, info.unit, info.doc + ", at the end", Better::neither,
+                [i](const HardwareDevice& self) { return self.newest_status(i); })
+        .missing_where("no sample comes")
+        .metric(metric + ".most", info.unit, info.doc + ", largest", Better::neither,
+                [i](const HardwareDevice& self) { return self.most_status(i); })
+        .missing_where("no sample comes");
+  }
+  declaration.template output<DeviceStatus>("status", &N::status, "when it changes: " + names);
 }
 
 }  // namespace tactor

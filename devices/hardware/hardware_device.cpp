@@ -36,6 +36,15 @@ AxisLimits with(AxisLimits limits, Duration stuck_after) {
   return limits;
 }
 
+/// A command holds for two cycles of the slower of loop and line, and comes back as the gate's slew limits let it.
+CommandTiming timing_of(const HardwareParams& params, double line_rate) {
+  CommandTiming timing;
+  timing.expires_after = Duration::from_seconds(2 / std::min(params.rate, line_rate));
+  timing.return_time =
+      Duration::from_seconds(std::max(params.force_max / params.force_slew, params.torque_max / params.torque_slew));
+  return timing;
+}
+
 /// `NAME: 3 timeout, 1 crc, opened anew 1 times; the last: TEXT`, so that a run that recovered tells of which device
 /// its counts are. Empty: nothing failed.
 std::string tell_failures(const LinkRunner& runner) {
@@ -53,9 +62,10 @@ std::string tell_failures(const LinkRunner& runner) {
   return name + counts + ", opened anew " + std::to_string(line.reconnects.value()) + " times; the last: " + last;
 }
 
-LinkRunnerSettings runner_settings(const HardwareParts& parts, const NodeContext& context) {
+LinkRunnerSettings runner_settings(const HardwareParams& params, double rate, const NodeContext& context) {
   LinkRunnerSettings settings;
-  settings.rate = parts.rate;
+  settings.rate = rate;
+  settings.commands = timing_of(params, rate);
   settings.thread_name = "link-" + context.name;
   return settings;
 }
@@ -67,16 +77,21 @@ HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& 
       params_(params),
       workspace_{params.workspace_scale, params.force_scale, from_rotation_vector(as_vector(params.rotation)),
                  as_vector(params.origin)},
+      period_of_line_(Duration::from_rate(parts.rate)),
       kinematics_(std::move(parts.kinematics)),
-      limits_(with(parts.limits, params.stuck_after)),
-      plausibility_(limits_),
       filter_(params, noise_of(parts.resolution * params.workspace_scale), noise_of(parts.resolution_angle),
               1 / std::min(parts.rate, params.rate), context.torque),
       cutoff_Hz_(cutoff(params.velocity_departure, noise_of(parts.resolution * params.workspace_scale), parts.rate)),
       age_(std::make_unique<LatencyHistogram>()),
       path_(context.duration.seconds() * params.rate + 2) {
-  TACTOR_DEMAND(kinematics_->axes() == limits_.axes && limits_.axes >= 1 && limits_.axes <= max_axes);
-  runner_ = std::make_unique<LinkRunner>(std::move(parts.link), runner_settings(parts, context));
+  const AxisLimits limits = with(parts.limits, params.stuck_after);
+  runner_ = std::make_unique<LinkRunner>(std::move(parts.link), limits, runner_settings(params, parts.rate, context));
+  TACTOR_DEMAND(limits.pose == (kinematics_ == nullptr));
+  TACTOR_DEMAND(limits.pose || kinematics_->axes() == limits.handle_axes());
+  if (limits.gripper() >= 0) {
+    gripper_.emplace(params, noise_of(parts.resolution_gripper), 1 / std::min(parts.rate, params.rate));
+  }
+  status_.count = most_.count = parts.status;
 }
 
 HardwareDevice::~HardwareDevice() = default;
@@ -120,10 +135,10 @@ void HardwareDevice::take_in(Time now, Instant clock) noexcept {
   if (report_.samples == samples_seen_) return;
   const bool first = samples_seen_ == 0;
   samples_seen_ = report_.samples;
-  verdict_ = plausibility_.judge(report_.sample.q, report_.sampled, effort_);
+  tell_status();
   Pose X_BD;
-  has_pose_ = kinematics_->forward(report_.sample.q, X_BD);
-  if (verdict_ == Plausibility::Verdict::jumped || !has_pose_) return;
+  has_pose_ = pose_of(report_.sample, X_BD);
+  if (report_.verdict == Plausibility::Verdict::jumped || !has_pose_) return;
   // A sample's time in the run; a tick that woke late must not turn the order round.
   Time t{std::max<std::int64_t>(0, now.ns - (clock - report_.sampled).ns)};
   if (!first) t = std::max(t, newest_.time + Duration{1});
@@ -132,17 +147,44 @@ void HardwareDevice::take_in(Time now, Instant clock) noexcept {
   filter_.take(newest_.state.X_WD, t);
   newest_.state.V_WD = filter_.velocity();
   newest_.state.buttons = static_cast<std::int32_t>(report_.sample.buttons);
+  newest_.in_workspace = report_.limits.contains(report_.sample.q);
+  if (gripper_) {
+    const auto axis = static_cast<std::size_t>(report_.limits.gripper());
+    gripper.send(t, gripper_->take(report_.sample.q[axis], t));
+  }
+}
+
+bool HardwareDevice::pose_of(const LinkSample& shown, Pose& X_BD) noexcept {
+  if (kinematics_) return kinematics_->forward(shown.q, X_BD);
+  X_BD = {{shown.q[0], shown.q[1], shown.q[2]}, report_.limits.turns() ? shown.R_BD : Quat{}};
+  return is_finite(X_BD.p);
+}
+
+void HardwareDevice::tell_status() noexcept {
+  const auto count = static_cast<std::size_t>(status_.count);
+  bool changed = samples_seen_ == 1;
+  for (std::size_t i = 0; i < count; ++i) {
+    const double value = report_.sample.status[i];
+    most_.value[i] = samples_seen_ == 1 ? value : std::max(most_.value[i], value);
+    changed = changed || value != status_.value[i];
+    status_.value[i] = value;
+  }
+  if (count > 0 && changed) status.send(newest_.time, status_);
 }
 
 ReadResult HardwareDevice::judged() noexcept {
-  const Plausibility::Finding& f = plausibility_.finding();
+  const Plausibility::Finding& f = report_.finding;
   const char* name = runner_->name().c_str();
   if (report_.sample.faults != 0) return fail("%s", report_.text.data());
-  if (verdict_ == Plausibility::Verdict::jumped) {
+  if (report_.verdict == Plausibility::Verdict::jumped && report_.limits.turns() && f.axis >= 3) {
+    return fail("%s: its orientation jumped by %.3g rad in %.3g ms and is not believed", name, f.to,
+                f.time.seconds() * 1e3);
+  }
+  if (report_.verdict == Plausibility::Verdict::jumped) {
     return fail("%s: the encoder of axis %d jumped from %.6g to %.6g in %.3g ms and is not believed", name, f.axis + 1,
                 f.from, f.to, f.time.seconds() * 1e3);
   }
-  if (verdict_ == Plausibility::Verdict::stuck) {
+  if (report_.verdict == Plausibility::Verdict::stuck) {
     return fail("%s: the encoder of axis %d has stood at %.6g for %.3g s under a force: it is stuck", name, f.axis + 1,
                 f.from, f.time.seconds());
   }
@@ -174,33 +216,46 @@ ReadResult HardwareDevice::read(Time now, DeviceSample& sample) noexcept {
   }
   if (const ReadResult verdict = judged(); verdict != ReadResult::sample) return verdict;
   sample = newest_;
+  if (report_.expiries != expiries_seen_) {
+    expiries_seen_ = report_.expiries;
+    sample.expired = Time{std::max<std::int64_t>(0, now.ns - (clock - report_.expired_at).ns)};
+  }
   path_.add(newest_);
   return ReadResult::sample;
 }
 
-bool HardwareDevice::write(Time, const Wrench& commanded_D_W) noexcept {
+bool HardwareDevice::write(Time now, const Wrench& commanded_D_W) noexcept {
   if (followed_) return true;
   LinkCommand command;
   if (samples_seen_ > 0) {
-    kinematics_->efforts(report_.sample.q, workspace_.to_device(commanded_D_W), command.effort);
-    double share = 1;
-    for (int i = 0; i < limits_.axes; ++i) {
-      const auto a = static_cast<std::size_t>(i);
-      const double size = std::abs(command.effort[a]);
-      if (!std::isfinite(size)) share = 0;
-      if (size > limits_.effort_max[a]) share = std::min(share, limits_.effort_max[a] / size);
+    const Wrench F_D_B = workspace_.to_device(commanded_D_W);
+    AxisValues& effort = command.effort;
+    if (kinematics_) {
+      kinematics_->efforts(report_.sample.q, F_D_B, effort);
+    } else {
+      effort = {F_D_B.force.x, F_D_B.force.y, F_D_B.force.z, F_D_B.torque.x, F_D_B.torque.y, F_D_B.torque.z};
     }
-    if (share < 1) ++limited_ticks_;
-    for (int i = 0; i < limits_.axes; ++i) {
-      const auto a = static_cast<std::size_t>(i);
-      // Clamped too, because the product may round to beyond the limit.
-      const double most = limits_.effort_max[a];
-      command.effort[a] = share == 0 ? 0 : std::clamp(share * command.effort[a], -most, most);
+    if (gripper_) {
+      const auto axis = static_cast<std::size_t>(report_.limits.gripper());
+      effort[axis] = gripper_->force(now, gripper_force.latest(), gate().gain(), report_.limits.effort_max[axis]);
     }
   }
-  effort_ = command.effort;
   runner_->command(MonotonicClock::now(), command);
   return true;
+}
+
+Pace* HardwareDevice::pace() {
+  constexpr double least = 0.8, most = 1.25;
+  const double ratio = period_of_line_.seconds() * params_.rate;
+  return ratio > least && ratio < most ? runner_->pace() : nullptr;
+}
+
+std::optional<double> HardwareDevice::newest_status(std::size_t index) const {
+  return samples_seen_ > 0 ? std::optional(status_.value[index]) : std::nullopt;
+}
+
+std::optional<double> HardwareDevice::most_status(std::size_t index) const {
+  return samples_seen_ > 0 ? std::optional(most_.value[index]) : std::nullopt;
 }
 
 ForceAccount HardwareDevice::account() const {
@@ -230,9 +285,11 @@ void HardwareDevice::report(Report& report) const {
   };
   latency("age_us", *age_);
   latency("cycle_us", line.cycle_time);
-  count("jumps", plausibility_.jumps());
-  count("stuck", plausibility_.times_stuck());
-  count("limited_ticks", limited_ticks_);
+  count("jumps", line.jumps.value());
+  count("stuck", line.stuck.value());
+  count("limited_ticks", line.limited.value());
+  const double minutes = static_cast<double>(gate().account().ticks) / params_.rate / 60;
+  if (minutes > 0) report.set("device.link.expired_per_min", static_cast<double>(line.expired.value()) / minutes);
   report.set("device.velocity_cutoff_Hz", cutoff_Hz_);
   if (const auto share = filter_.mixed_share()) report.set("device.velocity_mixed_share", *share);
   if (const std::string text = tell_failures(*runner_); !text.empty()) report.remark(text);

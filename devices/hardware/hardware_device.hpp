@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
+#include "devices/hardware/gripper.hpp"
 #include "devices/hardware/kinematics.hpp"
 #include "devices/hardware/link_runner.hpp"
-#include "devices/hardware/plausibility.hpp"
 #include "devices/hardware/state_path.hpp"
 #include "devices/hardware/workspace.hpp"
 #include "framework/realtime/device_node.hpp"
@@ -31,12 +31,14 @@ struct HardwareParams : DeviceParams, VelocityParams {
 /// What a concrete device is made of.
 struct HardwareParts {
   std::unique_ptr<Link> link;
-  std::unique_ptr<Kinematics> kinematics;
-  AxisLimits limits;               ///< `stuck_after` is taken from the parameters
-  double rate = 1000;              ///< Hz, of the line's cycles
-  std::optional<int> buttons;      ///< how many it has; absent: not known
-  double resolution = 1e-5;        ///< m, a step of the position at the handle, for the filter of the velocity
-  double resolution_angle = 1e-4;  ///< rad
+  std::unique_ptr<Kinematics> kinematics;  ///< null for a device that shows a pose (AxisLimits::pose)
+  AxisLimits limits;                 ///< `stuck_after` is taken from the parameters; the line may have tighter ones
+  double rate = 1000;                ///< Hz, of the line's cycles
+  std::optional<int> buttons;        ///< how many it has; absent: not known
+  double resolution = 1e-5;          ///< m, a step of the position at the handle, for the filter of the velocity
+  double resolution_angle = 1e-4;    ///< rad
+  double resolution_gripper = 1e-5;  ///< m
+  int status = 0;                    ///< values of LinkSample::status that the device has, see declare_status
 };
 
 /// A device of hardware. Its line runs on a LinkRunner's thread; the loop takes the newest sample there is.
@@ -53,8 +55,12 @@ struct HardwareParts {
 /// reported as device.velocity_cutoff_Hz; the calmest of order 3 has a quarter of the departure, so its cutoff is lower
 /// by 4^(1/3).
 ///
-/// A wrench goes through the workspace and J^T, and is then shortened, all efforts alike, until none is beyond the
-/// device's own effort_max.
+/// A wrench goes through the workspace and J^T. The line shortens the efforts to the limits of the axes (AxisLimits),
+/// those of the node or those that the line told when it was opened. Outside the workspace of the axes the gate lets
+/// go. A command that the line has not seen renewed for two cycles, of the loop or of the line, whichever are longer,
+/// has expired: the device gets zero, and the gate comes back from there by its slew limit.
+///
+/// A line that sets the pace, at about the rate of the node, sets it for the loop too.
 ///
 /// In a reference run nothing is driven: the device goes along the states that it showed in the run under test.
 class HardwareDevice : public DeviceNode {
@@ -66,11 +72,21 @@ class HardwareDevice : public DeviceNode {
   void follow(const Node& tested) override;
   [[nodiscard]] bool must_be_followed() const override { return true; }
   /// That of DeviceNode, and device.link.*: cycles, errors.KIND (see LinkError), reconnects, skipped,
-  /// age_us.p50/p99/max of the sample in use at each tick, cycle_us.p50/p99; device.jumps, device.stuck,
-  /// device.limited_ticks: efforts that were shortened; device.velocity_cutoff_Hz, device.velocity_mixed_share; and as
-  /// remarks the failures of the line with the device's name, and what the system refused to the line's thread.
+  /// age_us.p50/p99/max of the sample in use at each tick, cycle_us.p50/p99, expired_per_min; device.jumps,
+  /// device.stuck, device.limited_ticks: cycles whose efforts were shortened; device.velocity_cutoff_Hz,
+  /// device.velocity_mixed_share; and as remarks the failures of the line with the device's name, and what the system
+  /// refused to the line's thread.
   void report(Report& report) const override;
   [[nodiscard]] ForceAccount account() const override;
+  [[nodiscard]] Pace* pace() override;
+  /// Of the status value `index`: the newest, and the largest of the run; absent where no sample has come.
+  [[nodiscard]] std::optional<double> newest_status(std::size_t index) const;
+  [[nodiscard]] std::optional<double> most_status(std::size_t index) const;
+
+  // Of devices that declare them (declare_gripper, declare_status).
+  Input<GripperForce> gripper_force;
+  Output<GripperState> gripper;
+  Output<DeviceStatus> status;
 
  protected:
   HardwareDevice(const HardwareParams& params, const NodeContext& context, HardwareParts parts);
@@ -84,12 +100,14 @@ class HardwareDevice : public DeviceNode {
   [[nodiscard]] ReadResult fail(const char* format, ...) noexcept __attribute__((format(printf, 2, 3)));
   [[nodiscard]] ReadResult not_connected(Instant clock) noexcept;
   [[nodiscard]] ReadResult judged() noexcept;
+  [[nodiscard]] bool pose_of(const LinkSample& shown, Pose& X_BD) noexcept;
+  void tell_status() noexcept;
 
   const HardwareParams params_;
   const Workspace workspace_;
+  const Duration period_of_line_;
   std::unique_ptr<Kinematics> kinematics_;
-  const AxisLimits limits_;
-  Plausibility plausibility_;
+  std::optional<Gripper> gripper_;
   PoseFilter filter_;
   const double cutoff_Hz_;
   std::unique_ptr<LinkRunner> runner_;
@@ -98,12 +116,11 @@ class HardwareDevice : public DeviceNode {
   LinkReport report_;
   std::uint64_t samples_seen_ = 0;
   std::uint64_t cuts_seen_ = 0;
+  std::uint64_t expiries_seen_ = 0;
   bool has_pose_ = false;
-  Plausibility::Verdict verdict_ = Plausibility::Verdict::good;
   DeviceSample newest_;
-  AxisValues effort_{};  // commanded last
+  DeviceStatus status_, most_;  // of the newest sample; the largest values
   std::array<char, 320> failure_{};
-  std::uint64_t limited_ticks_ = 0;
   std::unique_ptr<LatencyHistogram> age_;
 
   StatePath path_;                     // what it showed

@@ -1,31 +1,13 @@
-// The line to a device of hardware: what a concrete transport does on a thread of its own, and what passes over it.
+// The line to a device of hardware: what a concrete transport does, and how it fails.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 #include <string_view>
 
+#include "devices/hardware/line_data.hpp"
+
 namespace tactor {
-
-/// The most axes a device may have.
-inline constexpr int max_axes = 6;
-/// A value for each axis of a device, in the order of the device; those beyond its number of axes are zero.
-using AxisValues = std::array<double, max_axes>;
-
-/// What a device is to do: an effort an axis, N where the axis slides and N m where it turns, on the device, in the
-/// direction in which its coordinate grows.
-struct LinkCommand {
-  AxisValues effort{};
-  [[nodiscard]] bool is_zero() const { return effort == AxisValues{}; }
-};
-
-/// What a device shows of itself.
-struct LinkSample {
-  AxisValues q{};             ///< m where the axis slides, rad where it turns
-  std::uint32_t buttons = 0;  ///< one bit a button that is held
-  std::uint32_t faults = 0;   ///< bits of a fault that the device itself reports, as the link numbers them; 0: none
-};
 
 /// How a line fails.
 enum class LinkError : std::uint8_t {
@@ -50,6 +32,26 @@ struct LinkFailure {
   bool reopen = false;  ///< the connection is of no use any more
 };
 
+/// Who says when a cycle of a line begins.
+enum class LinkPace : std::uint8_t {
+  deadlines,  ///< the runner, at absolute deadlines
+  /// The device, which sends at its own pace: `exchange` waits for it. A cycle may then begin as soon as the one before
+  /// has ended, up to one and a half periods before it is due: two clocks that both set the pace would beat.
+  device,
+  callback,  ///< a thread of the device's library, which calls LinkTurn::turn in place of `exchange`
+};
+
+/// What a thread of the device's library calls between `start` and `close` of a link whose pace is `callback`.
+class LinkTurn {
+ public:
+  virtual ~LinkTurn() = default;
+  /// One cycle: takes what the device shows now, and returns what it is to do from now on. `fault` has the words for
+  /// `sample.faults`. Allocates and waits for nothing where there is no fault.
+  virtual LinkCommand turn(const LinkSample& sample, std::string_view fault = {}) = 0;
+  /// A cycle without a sample. With `failure.reopen` the link is closed and opened anew, on another thread.
+  virtual void failed(const LinkFailure& failure) = 0;
+};
+
 /// The line to one device. All of it is called by one thread, which may block in it, allocate and throw nothing; every
 /// call returns in a bounded time that the link states in its documentation.
 class Link {
@@ -61,17 +63,21 @@ class Link {
 
   /// What is at which address, for error texts: `iris_orca at 127.0.0.1:1502, unit 1`. Constant.
   [[nodiscard]] virtual std::string name() const = 0;
+  /// Constant.
+  [[nodiscard]] virtual LinkPace pace() const { return LinkPace::deadlines; }
   /// Connects, makes sure that the right device answers before anything is written to it, and starts it up with zero
   /// effort. False, with why, where that fails; then nothing is open.
   virtual bool open(LinkFailure& failure) = 0;
-  /// Whether `exchange` waits for what the device sends at its own pace. A cycle may then begin as soon as the one
-  /// before has ended, up to one and a half periods before it is due: two clocks that both set the pace would beat.
-  [[nodiscard]] virtual bool sets_pace() const { return false; }
+  /// What the device has said of itself when it was opened; asked after each `open`.
+  [[nodiscard]] virtual LinkLimits limits() const { return {}; }
   /// One cycle: gives the device `command` and reads `sample`. False, with why, where either failed; `sample` is then
-  /// of no use. A device that reports a fault is no failure: `sample.faults` tells, and `failure` has it in words.
-  virtual bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) = 0;
+  /// of no use. A device that reports a fault is no failure: `sample.faults` tells, and `failure` has it in words. Not
+  /// called where the pace is `callback`.
+  virtual bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure);
+  /// Once after each `open`, where the pace is `callback`: from now on until `close` the library's thread calls `turn`.
+  virtual void start(LinkTurn& turn);
   /// Ends the connection; before that, where it still works, commands zero and shuts the device down. Where nothing is
-  /// open it does nothing.
+  /// open it does nothing. From its return on `turn` is not called.
   virtual void close() = 0;
 };
 

@@ -15,14 +15,17 @@ namespace {
 
 constexpr double periods_ahead = 1.5;       // one, and half of one because what a device sends comes unevenly
 constexpr Duration look_again{20'000'000};  // for a command, while idle
+// Without a call from a thread of the device's library, after which its line is opened anew: periods, and at least.
+constexpr double silent_periods = 5;
+constexpr Duration silent_at_least{100'000'000};
 
 }  // namespace
 
-LinkRunner::LinkRunner(std::unique_ptr<Link> link, LinkRunnerSettings settings)
+LinkRunner::LinkRunner(std::unique_ptr<Link> link, const AxisLimits& limits, LinkRunnerSettings settings)
     : link_(std::move(link)),
       settings_(std::move(settings)),
       name_(link_->name()),
-      commands_(settings_.command_age_max),
+      cycle_(name_, limits, settings_.commands),
       back_off_(settings_.back_off) {
   TACTOR_DEMAND(settings_.rate > 0 && settings_.rate <= TickSchedule::max_rate);
 }
@@ -45,16 +48,9 @@ void LinkRunner::stop() {
   if (thread_.joinable()) thread_.join();
 }
 
-bool LinkRunner::newest(LinkReport& report) noexcept {
-  reports_.admit();
-  const MessageView view = reports_.take();
-  if (view) std::memcpy(&report, view.value, sizeof report);
-  return static_cast<bool>(view);
-}
-
 void LinkRunner::command(Instant now, const LinkCommand& command) noexcept {
   policy_.remember();
-  commands_.send(now, command);
+  cycle_.command(now, command);
 }
 
 void LinkRunner::take_policy() {
@@ -62,11 +58,6 @@ void LinkRunner::take_policy() {
   if (refused.empty()) return;
   const std::scoped_lock lock(mutex_);
   for (const Refusal& refusal : refused) refused_.push_back(describe(refusal));
-}
-
-std::string LinkRunner::last_failure() const {
-  const std::scoped_lock lock(mutex_);
-  return last_failure_;
 }
 
 std::vector<std::string> LinkRunner::refused() const {
@@ -86,10 +77,24 @@ bool LinkRunner::back_off() {
   return pause(length);
 }
 
+bool LinkRunner::has_idled() const {
+  const Instant commanded = cycle_.commanded();
+  return commanded != Instant{} && MonotonicClock::now() - commanded > settings_.idle_after;
+}
+
+/// Shuts the device down until there is a command.
+void LinkRunner::wait_idle() {
+  shut_down();
+  for (const Instant commanded = cycle_.commanded(); cycle_.commanded() == commanded;) {
+    if (!pause(look_again)) return;
+  }
+}
+
 void LinkRunner::run() {
   apply_thread_settings({}, settings_.thread_name);
   const TickSchedule schedule(settings_.rate);
-  const Duration ahead = link_->sets_pace() ? Duration::from_seconds(periods_ahead / settings_.rate) : Duration{};
+  const LinkPace pace = link_->pace();
+  const Duration ahead = pace == LinkPace::device ? Duration::from_seconds(periods_ahead / settings_.rate) : Duration{};
   Instant origin;
   std::int64_t tick = 0;
   while (!stopping()) {
@@ -102,17 +107,17 @@ void LinkRunner::run() {
       origin = MonotonicClock::now();
       tick = 0;
     }
-    MonotonicClock::sleep_until(origin + (schedule.deadline(tick) - Time{}) - ahead);
-    cycle(MonotonicClock::now());
-    if (!is_open_ && !any_good_ && !back_off()) break;
-    const std::int64_t last = schedule.last_due(Time{} + (MonotonicClock::now() - origin));
-    if (is_open_ && last > tick) metrics_.skipped.add(last - tick);
-    tick = std::max(last, tick) + 1;
-    const std::optional<Instant> commanded = commands_.commanded();
-    if (commanded && MonotonicClock::now() - *commanded > settings_.idle_after) {
-      shut_down();
-      while (commands_.commanded() == commanded && pause(look_again)) due_command(MonotonicClock::now());
+    if (pace == LinkPace::callback) {
+      watch();
+    } else {
+      MonotonicClock::sleep_until(origin + (schedule.deadline(tick) - Time{}) - ahead);
+      exchange(MonotonicClock::now());
+      const std::int64_t last = schedule.last_due(Time{} + (MonotonicClock::now() - origin));
+      if (is_open_ && last > tick) cycle_.metrics().skipped.add(last - tick);
+      tick = std::max(last, tick) + 1;
     }
+    if (!is_open_ && !any_good_ && !back_off()) break;
+    if (has_idled()) wait_idle();
   }
   shut_down();
 }
@@ -120,70 +125,55 @@ void LinkRunner::run() {
 bool LinkRunner::open() {
   LinkFailure failure;
   if (!link_->open(failure)) {
-    failed(failure);
+    cycle_.failed(failure);
     return false;
   }
   is_open_ = true;
+  if (!cycle_.opened(link_->limits(), failure)) {
+    shut_down();
+    cycle_.failed(failure);
+    return false;
+  }
   failures_in_a_row_ = 0;
   any_good_ = false;
-  if (++sessions_ > 1) metrics_.reconnects.add(1);
-  commands_.cut();
-  publish();
+  if (++sessions_ > 1) cycle_.metrics().reconnects.add(1);
+  if (link_->pace() == LinkPace::callback) link_->start(cycle_);
   return true;
 }
 
-LinkCommand LinkRunner::due_command(Instant now) {
-  const LinkCommand command = commands_.due(now);
-  if (commands_.cuts() != report_.cuts) publish();
-  return command;
-}
-
-void LinkRunner::cycle(Instant began) {
+void LinkRunner::exchange(Instant began) {
   LinkFailure failure;
   LinkSample sample;
-  const LinkCommand command = due_command(began);
-  const bool good = link_->exchange(command, sample, failure);
-  metrics_.cycle_time.record(MonotonicClock::now() - began);
+  const bool good = link_->exchange(cycle_.due(began), sample, failure);
+  cycle_.metrics().cycle_time.record(MonotonicClock::now() - began);
   if (!good) {
-    failed(failure);
-    if (failure.reopen || ++failures_in_a_row_ >= settings_.failures_before_reopen) {
-      is_open_ = false;
-      link_->close();
-    }
+    cycle_.failed(failure);
+    if (failure.reopen || ++failures_in_a_row_ >= settings_.failures_before_reopen) shut_down();
     return;
   }
   failures_in_a_row_ = 0;
   any_good_ = true;
   back_off_ = settings_.back_off;
-  metrics_.cycles.add(1);
-  if (!command.is_zero()) metrics_.forced_cycles.add(1);
-  report_.sample = sample;
-  report_.sampled = began;
-  ++report_.samples;
-  if (sample.faults != 0) {
-    failed({LinkError::device_fault, failure.text});
-    return;
-  }
-  report_.error = LinkError::none;
-  publish();
+  cycle_.took(began, sample, failure.text);
 }
 
-void LinkRunner::failed(const LinkFailure& failure) {
-  metrics_.by_error[static_cast<std::size_t>(failure.error)].add(1);
-  const std::string text = name_ + ": " + failure.text;
-  report_.error = failure.error;
-  report_.text.fill('\0');
-  std::memcpy(report_.text.data(), text.data(), std::min(text.size(), report_.text.size() - 1));
-  {
-    const std::scoped_lock lock(mutex_);
-    last_failure_ = text;
+/// Until nothing has called back for long, or the library's thread says that the line is of no use.
+void LinkRunner::watch() {
+  const Duration silence = std::max(silent_at_least, Duration::from_seconds(silent_periods / settings_.rate));
+  const std::uint64_t before = cycle_.samples();
+  if (!pause(silence)) return;
+  take_policy();
+  const bool silent = cycle_.samples() == before;
+  if (!silent) {
+    any_good_ = true;
+    back_off_ = settings_.back_off;
   }
-  publish();
-}
-
-void LinkRunner::publish() {
-  report_.cuts = commands_.cuts();
-  reports_.push({}, &report_);
+  if (!silent && !cycle_.wants_reopen()) return;
+  shut_down();  // from here on nothing calls back
+  if (silent && !cycle_.wants_reopen()) {
+    cycle_.failed({LinkError::timeout,
+                   "no call of the device's library within " + std::to_string(silence.ns / 1'000'000) + " ms", true});
+  }
 }
 
 void LinkRunner::shut_down() {

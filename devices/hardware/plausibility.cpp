@@ -1,38 +1,55 @@
 #include "devices/hardware/plausibility.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 namespace tactor {
 
-Plausibility::Verdict Plausibility::judge(const AxisValues& q, Instant sampled, const AxisValues& effort) noexcept {
-  const bool jump = jumped(q, sampled);
-  const bool still = stuck(q, sampled, effort);
+Plausibility::Verdict Plausibility::judge(LinkSample& sample, Instant sampled, const AxisValues& effort) noexcept {
+  Vec3 turned;  // in the base, since the sample that was believed
+  if (limits_.turns()) {
+    sample.R_BD = normalized(sample.R_BD);
+    turned = to_rotation_vector(any_ ? sample.R_BD * inverse(believed_.R_BD) : sample.R_BD);
+    const AxisValues& q = believed_.q;
+    sample.q[3] = q[3] + turned.x;
+    sample.q[4] = q[4] + turned.y;
+    sample.q[5] = q[5] + turned.z;
+  }
+  if (!any_) {
+    believed_ = sample;
+    believed_at_ = sampled;
+    turned = {};
+  }
+  const bool jump = jumped(sample, turned, sampled);
+  const bool still = stuck(sample.q, sampled, effort);
   any_ = true;
-  last_ = q;
+  last_ = sample.q;
   if (jump) return Verdict::jumped;
-  believed_ = q;
+  believed_ = sample;
   believed_at_ = sampled;
   return still ? Verdict::stuck : Verdict::good;
 }
 
-bool Plausibility::jumped(const AxisValues& q, Instant sampled) noexcept {
-  if (!any_) {
-    believed_ = q;
-    believed_at_ = sampled;
+bool Plausibility::jumped_by(int axis, double from, double to, Duration time) noexcept {
+  const auto a = static_cast<std::size_t>(axis);
+  const double reach = limits_.speed_max[a] * std::max(0.0, time.seconds()) + limits_.jump_tolerance[a];
+  // Written so that not-a-number is a jump too.
+  if (std::abs(to - from) <= reach) return false;
+  if (!distrusted_) {
+    ++jumps_;
+    finding_ = {axis, from, to, time};
+    reach_time_ = time;
   }
+  distrusted_ = true;
+  return true;
+}
+
+bool Plausibility::jumped(const LinkSample& sample, const Vec3& turned, Instant sampled) noexcept {
   const Duration time = distrusted_ ? reach_time_ : sampled - believed_at_;
   for (int i = 0; i < limits_.axes; ++i) {
     const auto a = static_cast<std::size_t>(i);
-    const double reach = limits_.speed_max[a] * std::max(0.0, time.seconds()) + limits_.jump_tolerance[a];
-    // Written so that not-a-number is a jump too.
-    if (std::abs(q[a] - believed_[a]) <= reach) continue;
-    if (!distrusted_) {
-      ++jumps_;
-      finding_ = {i, believed_[a], q[a], time};
-      reach_time_ = time;
-    }
-    distrusted_ = true;
-    return true;
+    const bool angle = limits_.turns() && i >= 3 && i < 6;
+    if (jumped_by(i, angle ? 0 : believed_.q[a], angle ? norm(turned) : sample.q[a], time)) return true;
   }
   distrusted_ = false;
   return false;

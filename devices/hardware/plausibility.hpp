@@ -3,27 +3,19 @@
 
 #include <cstdint>
 
-#include "devices/hardware/link.hpp"
+#include "devices/hardware/axis_limits.hpp"
+#include "framework/core/spatial.hpp"
 #include "framework/core/time.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
 namespace tactor {
 
-/// What the axes of a device can do.
-struct AxisLimits {
-  int axes = 1;
-  AxisValues effort_max{};              ///< N or N m, of the device itself
-  AxisValues speed_max{};               ///< m/s or rad/s, faster than which no hand moves it
-  AxisValues jump_tolerance{};          ///< m or rad, beside the speed: noise and steps of the encoder
-  Duration stuck_after{1'000'000'000};  ///< 0: encoders may stand still for ever
-  double stuck_share = 0.2;             ///< of effort_max: what counts as driven
-};
-
 /// Judges samples one by one.
 ///
-/// A jump: between two samples an axis went further than speed_max times the time between them plus its tolerance. From
-/// then on nothing is believed, however often it repeats, until all axes are back within the reach that was exceeded,
-/// around the last sample that was believed: a wild value passes, an encoder that has lost its count does not.
+/// A jump: between two samples an axis went further than speed_max times the time between them plus its tolerance; an
+/// orientation, by the angle between its two quaternions. From then on nothing is believed, however often it repeats,
+/// until all axes are back within the reach that was exceeded, around the last sample that was believed: a wild value
+/// passes, an encoder that has lost its count does not.
 ///
 /// A stuck encoder: while an axis was driven with at least stuck_share of its effort_max its coordinate stayed the same
 /// to the last bit for stuck_after. It is believed again when it has changed.
@@ -33,13 +25,16 @@ class Plausibility {
 
   explicit Plausibility(const AxisLimits& limits) : limits_(limits) {}
 
-  /// `effort` is what has been commanded to the axes when the sample was taken.
-  Verdict judge(const AxisValues& q, Instant sampled, const AxisValues& effort) noexcept;
+  /// Other limits from now on, of the same axes.
+  void set(const AxisLimits& limits) { limits_ = limits; }
+  /// `effort` is what drove the axes when the sample was taken. Where an orientation is shown, sets its three axes: the
+  /// sum of the small rotations in the base since the first sample (rad), which has no end and no jump.
+  Verdict judge(LinkSample& sample, Instant sampled, const AxisValues& effort) noexcept;
 
   /// What the last verdict that was not good is about.
   struct Finding {
     int axis = 0;
-    double from = 0, to = 0;  ///< m or rad
+    double from = 0, to = 0;  ///< m or rad; of an orientation 0, and the angle
     Duration time;            ///< of the jump, or for which it has stood still
   };
   [[nodiscard]] const Finding& finding() const { return finding_; }
@@ -47,12 +42,13 @@ class Plausibility {
   [[nodiscard]] std::uint64_t times_stuck() const { return times_stuck_; }
 
  private:
-  bool jumped(const AxisValues& q, Instant sampled) noexcept;
+  bool jumped(const LinkSample& sample, const Vec3& turned, Instant sampled) noexcept;
+  bool jumped_by(int axis, double from, double to, Duration time) noexcept;
   bool stuck(const AxisValues& q, Instant sampled, const AxisValues& effort) noexcept;
 
   AxisLimits limits_;
   bool any_ = false;
-  AxisValues believed_{};  // the last sample without a jump
+  LinkSample believed_;  // the last sample without a jump
   Instant believed_at_;
   bool distrusted_ = false;
   Duration reach_time_;  // of the jump

@@ -157,14 +157,21 @@ MotionState SimulatedDevice::followed_at(Time now) {
   return interpolate(a.motion, b.motion, dt, (now - a.t).seconds() / dt, rotates());
 }
 
-void SimulatedDevice::move_handle(Time now) {
+/// A command holds for two ticks; after a third the motors have let go of it, and of what was on the line.
+std::optional<Time> SimulatedDevice::expiry(Time now) const {
+  const bool acts = held_D_W_.force != Vec3{} || held_D_W_.torque != Vec3{};
+  constexpr double held_ticks = 2, late = 2.5;
+  if (!started_ || !acts || (now - last_).seconds() * params_.rate < late) return std::nullopt;
+  return last_ + Duration::from_seconds(held_ticks / params_.rate);
+}
+
+void SimulatedDevice::move_handle(Time now, const MotionState& to) {
   const double dt = started_ ? (now - last_).seconds() : 0;
   if (follows_) {
     handle_.advance_amplifier(dt, held_D_W_);
     motion_ = encoded_ = followed_at(now);
     return;
   }
-  const MotionState to = target_at(now);
   if (params_.loop == Loop::open) {
     handle_.advance_amplifier(dt, held_D_W_);
     motion_ = encoded_ = to;
@@ -193,7 +200,17 @@ void SimulatedDevice::keep_on_path(Time now) {
 
 ReadResult SimulatedDevice::read(Time now, DeviceSample& sample) noexcept {
   if (target.latest() == nullptr) return ReadResult::not_yet;
-  move_handle(now);
+  const MotionState to = target_at(now);
+  const std::optional<Time> expired = expiry(now);
+  if (expired) {
+    const double dt = (now - last_).seconds();
+    const double share = (*expired - last_).seconds() / dt;
+    move_handle(*expired, interpolate(target_state_, to, dt, share, rotates()));
+    last_ = *expired;
+    held_D_W_ = {};
+    line_out_.fill({});
+  }
+  move_handle(now, to);
   truth.send(now, to_message(motion_));
   motors.send(now, handle_.amplifier().output());
   if (handle_.amplifier().saturated()) ++saturated_ticks_;
@@ -201,6 +218,7 @@ ReadResult SimulatedDevice::read(Time now, DeviceSample& sample) noexcept {
   // Before the first sample has come over the line, the handle is taken to have been where that one says.
   if (!started_) line_in_.fill(shown);
   sample = {to_message(line_in_.pass(shown)), now};
+  sample.expired = expired;
   started_ = true;
   last_ = now;
   return ReadResult::sample;

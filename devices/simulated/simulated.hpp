@@ -1,6 +1,7 @@
 // device.simulated: a haptic device and the hand on it, in software.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "devices/simulated/encoder.hpp"
@@ -25,6 +26,9 @@ namespace tactor {
 /// number of ticks (see `delay_in_ticks`), whatever time lies between the ticks. A state is stamped with the time of
 /// reading, because the host of a real device does not know how old it is. Before the first state has come over the
 /// line it shows the first one, before the first command it holds zero.
+///
+/// A command that is not renewed for two ticks has expired, as it does on the line of a real device: the motors have
+/// zero from then on until the next tick, and what was on the line is gone.
 ///
 /// In a reference run the loop is not closed a second time: the handle goes along the path of the run under test, so
 /// that both runs are judged on one motion. The path is that of the handle, not of the motor side: it is what the hand
@@ -103,7 +107,8 @@ class SimulatedDevice final : public DeviceNode {
   };
 
   [[nodiscard]] MotionState target_at(Time now) const;
-  void move_handle(Time now);
+  [[nodiscard]] std::optional<Time> expiry(Time now) const;
+  void move_handle(Time now, const MotionState& to);
   [[nodiscard]] MotionState followed_at(Time now);
   void keep_on_path(Time now);
 

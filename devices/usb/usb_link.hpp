@@ -38,7 +38,7 @@ class UsbLink final : public Link, private UsbListener {
 
   [[nodiscard]] std::string name() const override { return name_; }
   bool open(LinkFailure& failure) override;
-  [[nodiscard]] bool sets_pace() const override { return true; }
+  [[nodiscard]] LinkPace pace() const override { return LinkPace::device; }
   bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) override;
   void close() override;
 

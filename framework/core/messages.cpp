@@ -46,6 +46,31 @@ const MessageType& message_type<DeviceState>() {
 }
 
 template <>
+const MessageType& message_type<GripperState>() {
+  static const MessageType type = Describe<GripperState>("GripperState")
+                                      .field("opening", "m", &GripperState::opening)
+                                      .field("speed", "m/s", &GripperState::speed)
+                                      .type();
+  return type;
+}
+
+template <>
+const MessageType& message_type<GripperForce>() {
+  static const MessageType type =
+      Describe<GripperForce>("GripperForce").field("force", "N", &GripperForce::force).type();
+  return type;
+}
+
+template <>
+const MessageType& message_type<DeviceStatus>() {
+  static const MessageType type = Describe<DeviceStatus>("DeviceStatus")
+                                      .field("count", "1", &DeviceStatus::count)
+                                      .field("value", "1", &DeviceStatus::value)
+                                      .type();
+  return type;
+}
+
+template <>
 const MessageType& message_type<CouplingParameters>() {
   using C = CouplingParameters;
   static const MessageType type = Describe<C>("CouplingParameters")
@@ -170,7 +195,9 @@ const MessageType& message_type<SafetyState>() {
                                                {"not_permitted", not_permitted},
                                                {"no_segment", no_segment},
                                                {"device_not_ready", device_not_ready},
-                                               {"time_gap", time_gap}})
+                                               {"time_gap", time_gap},
+                                               {"outside_workspace", outside_workspace},
+                                               {"expired", expired}})
                                       .field("gain", "1", &S::gain)
                                       .flat({"clamped_force", "clamped_torque"}, &S::clamped_D_W)
                                       .type();

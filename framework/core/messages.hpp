@@ -32,6 +32,24 @@ struct DeviceState {
   std::int32_t buttons = 0;
 };
 
+/// The gripper of a device.
+struct GripperState {
+  double opening = 0;  ///< m between the fingers, larger where it is more open
+  double speed = 0;    ///< m/s
+};
+
+/// What is wanted of a gripper's motor.
+struct GripperForce {
+  double force = 0;  ///< N, on the fingers; above zero it opens
+};
+
+/// What a device tells of itself beside its handle, in the order in which its node declares it.
+struct DeviceStatus {
+  static constexpr int capacity = 16;
+  std::int32_t count = 0;                ///< entries of `value` in use
+  std::array<double, capacity> value{};  ///< in the units of the declaration
+};
+
 /// The spring and damper between handle and tool. Force on the device: -k_t (p_WD - p_WT) - b_t (v_WD - v_WT);
 /// the tool gets the opposite. Torque likewise with the rotation vector of R_WD R_WT^T.
 struct CouplingParameters {
@@ -133,20 +151,22 @@ enum class Engagement : std::int32_t {
 /// Why a safety gate does not let the pipeline through.
 enum class SafetyCause : std::int32_t {
   none,
-  not_finite,        ///< fault: the pipeline's wrench was NaN or infinite
-  overspeed,         ///< fault, after a brake: the device moved faster than its limit
-  read_failed,       ///< fault: the device could not be read, or showed a state that is not finite
-  write_failed,      ///< fault: the device did not take its wrench
-  time_reversed,     ///< fault: a tick was earlier than the one before
-  dead_man,          ///< the dead-man button was released
-  stale,             ///< no fresh segment for too long
-  not_permitted,     ///< the run is starting or stopping
-  no_segment,        ///< no segment has come yet
-  device_not_ready,  ///< the device has shown no state yet
-  time_gap,          ///< a tick at the time of the one before, or long after it; counted, it changes no state
+  not_finite,         ///< fault: the pipeline's wrench was NaN or infinite
+  overspeed,          ///< fault, after a brake: the device moved faster than its limit
+  read_failed,        ///< fault: the device could not be read, or showed a state that is not finite
+  write_failed,       ///< fault: the device did not take its wrench
+  time_reversed,      ///< fault: a tick was earlier than the one before
+  dead_man,           ///< the dead-man button was released
+  stale,              ///< no fresh segment for too long
+  not_permitted,      ///< the run is starting or stopping
+  no_segment,         ///< no segment has come yet
+  device_not_ready,   ///< the device has shown no state yet
+  time_gap,           ///< a tick at the time of the one before, or long after it; counted, it changes no state
+  outside_workspace,  ///< the handle is beyond the end of the device's workspace
+  expired,  ///< the line let go of a command that was not renewed in time; the force comes back by the slew limit
 };
 /// The causes, `none` included.
-inline constexpr int safety_cause_count = 12;
+inline constexpr int safety_cause_count = 14;
 
 /// What the safety gate did at one tick.
 struct SafetyState {
@@ -160,6 +180,12 @@ template <>
 const MessageType& message_type<Target>();
 template <>
 const MessageType& message_type<DeviceState>();
+template <>
+const MessageType& message_type<GripperState>();
+template <>
+const MessageType& message_type<GripperForce>();
+template <>
+const MessageType& message_type<DeviceStatus>();
 template <>
 const MessageType& message_type<CouplingParameters>();
 template <>

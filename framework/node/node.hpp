@@ -13,6 +13,8 @@
 
 namespace tactor {
 
+class Pace;
+
 /// Where a graph leads the hand, as its sources know it before the run.
 struct HandPath {
   /// Poses of the target in the world, m, from the start of the run to its end, close enough that the path between two
@@ -90,6 +92,8 @@ class Node {
   /// Called before a step, once for each request of the node to set something, in their order: the setting is in force.
   /// In the real-time lane it allocates, locks and waits for nothing.
   virtual void request_done() {}
+  /// In the real-time lane: what its loop waits for in place of its deadlines; null: its deadlines. Constant.
+  [[nodiscard]] virtual Pace* pace() { return nullptr; }
   /// The time since when the node works normally, such as since its window is full. Empty if it does not yet. A type
   /// that may return anything but zero declares that (Declare::warms_up). Asked between two steps or after the run.
   [[nodiscard]] virtual std::optional<Time> warm_since() const { return Time{}; }

@@ -139,6 +139,14 @@ void DeviceNode::step(StepContext& context) {
   input.health = health;
   input.dead_man_held =
       dead_man_button_ == 0 || (static_cast<std::uint32_t>(sample_.state.buttons) >> (dead_man_button_ - 1) & 1U) != 0;
+  input.in_workspace = sample_.in_workspace;
+  if (sample_.expired) {
+    // What the device did meanwhile, for who counts its energy: before the command of this tick.
+    commanded.send(std::min(std::max(*sample_.expired, ticked_ + Duration{1}), now), {});
+    sample_.expired.reset();
+    input.expired = true;
+  }
+  ticked_ = now;
   input.permitted = context.phase() == Phase::running;
 
   const SafetyOutput output = gate_.tick(input);

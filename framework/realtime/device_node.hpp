@@ -23,12 +23,17 @@ struct DeviceParams : SafetyLimits {
 struct DeviceSample {
   DeviceState state;
   Time time;  ///< of the state
+  bool in_workspace = true;
+  /// Since when the motors have not had what was commanded, because it was not renewed in time; absent: that has not
+  /// happened since the last reading.
+  std::optional<Time> expired;
 };
 
 /// The causes that each have a metric of their own.
-inline constexpr std::array<SafetyCause, 7> reported_causes{
-    SafetyCause::not_finite,    SafetyCause::overspeed, SafetyCause::read_failed, SafetyCause::write_failed,
-    SafetyCause::time_reversed, SafetyCause::dead_man,  SafetyCause::time_gap};
+inline constexpr std::array<SafetyCause, 9> reported_causes{
+    SafetyCause::not_finite,   SafetyCause::overspeed,         SafetyCause::read_failed,
+    SafetyCause::write_failed, SafetyCause::time_reversed,     SafetyCause::dead_man,
+    SafetyCause::time_gap,     SafetyCause::outside_workspace, SafetyCause::expired};
 
 enum class ReadResult : std::uint8_t {
   sample,   ///< there is a sample
@@ -98,6 +103,7 @@ class DeviceNode : public Node {
   SafetyGate gate_;
 
   DeviceSample sample_;
+  Time ticked_;  // the last time
   bool any_sample_ = false;
   bool write_failed_ = false;  // at the last tick
   bool failing_ = false;

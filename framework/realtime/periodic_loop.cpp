@@ -75,7 +75,11 @@ void PeriodicLoop::Shared::run() {
   phase.notify_all();
   MonotonicClock clock;
   try {
-    run_ticks(clock, schedule, origin, settings.warm_up_ticks, stop, metrics, body);
+    if (settings.pace != nullptr) {
+      run_ticks_by(clock, *settings.pace, schedule, origin, settings.warm_up_ticks, stop, metrics, body);
+    } else {
+      run_ticks(clock, schedule, origin, settings.warm_up_ticks, stop, metrics, body);
+    }
   } catch (...) {
     failure = std::current_exception();
   }

@@ -23,9 +23,11 @@ struct LoopSettings {
   ThreadSettings thread;                             ///< what the thread asks for
   std::size_t stack_size = std::size_t{256} * 1024;  ///< bytes, thread-local storage included; all touched at the start
   std::int64_t warm_up_ticks = 10;                   ///< ticks whose heap calls and page faults are not counted
+  Pace* pace = nullptr;                              ///< in place of deadlines; outlives the loop
 };
 
-/// Calls a body at `origin` + k / rate on a thread of its own: see run_ticks for what happens when it is late.
+/// Calls a body at `origin` + k / rate on a thread of its own, or at the beats of a pace: see run_ticks and
+/// run_ticks_by for what happens when it is late.
 ///
 /// The thread holds no lock and allocates nothing between two ticks. The body must not either, nor may it throw: what
 /// it throws ends the loop and is kept. One loop starts once; all members but `metrics` and the flags belong to one

@@ -14,8 +14,8 @@ namespace tactor {
 namespace {
 
 constexpr std::array<std::string_view, safety_cause_count> cause_names{
-    "none",     "not_finite", "overspeed",     "read_failed", "write_failed",     "time_reversed",
-    "dead_man", "stale",      "not_permitted", "no_segment",  "device_not_ready", "time_gap"};
+    "none",  "not_finite",    "overspeed",  "read_failed",      "write_failed", "time_reversed",     "dead_man",
+    "stale", "not_permitted", "no_segment", "device_not_ready", "time_gap",     "outside_workspace", "expired"};
 
 constexpr std::uint32_t bit(SafetyCause cause) {
   return std::uint32_t{1} << static_cast<unsigned>(cause);
@@ -24,7 +24,7 @@ constexpr std::uint32_t bit(SafetyCause cause) {
 constexpr std::uint32_t fault_causes = bit(SafetyCause::not_finite) | bit(SafetyCause::overspeed) |
                                        bit(SafetyCause::read_failed) | bit(SafetyCause::write_failed) |
                                        bit(SafetyCause::time_reversed);
-constexpr std::uint32_t passing_causes = bit(SafetyCause::time_gap);
+constexpr std::uint32_t passing_causes = bit(SafetyCause::time_gap) | bit(SafetyCause::expired);
 
 /// The most serious of several causes: the first in the order of the enumeration.
 SafetyCause first_of(std::uint32_t causes) {
@@ -182,6 +182,8 @@ SafetyGate::Causes SafetyGate::causes_of(const SafetyInput& input, const Interva
   add_if(interval.reversed, SafetyCause::time_reversed);
   add_if(interval.gap, SafetyCause::time_gap);
   add_if(!input.dead_man_held, SafetyCause::dead_man);
+  add_if(!input.in_workspace, SafetyCause::outside_workspace);
+  add_if(input.expired, SafetyCause::expired);
   add_if(!input.permitted, SafetyCause::not_permitted);
   const bool none_yet = !segment_.any() || !input.wanted_D_W;
   add_if(none_yet, SafetyCause::no_segment);
@@ -310,6 +312,7 @@ Wrench SafetyGate::within_limits(const std::optional<Wrench>& wanted_D_W) {
 }
 
 SafetyOutput SafetyGate::tick(const SafetyInput& input) noexcept {
+  if (input.expired) commanded_D_W_ = released_D_W_ = {};
   const Interval interval = clock_.advance(input.now);
   segment_.advance(input, interval.elapsed, limits_.stale_after);
   // A ramp that comes in takes no leap over a gap in time; one that goes out may, for the slew limit follows it.

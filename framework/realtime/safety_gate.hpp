@@ -44,7 +44,9 @@ struct SafetyInput {
   Twist V_WD;                        ///< of the device, m/s and rad/s
   DeviceHealth health = DeviceHealth::ok;
   bool dead_man_held = true;
-  bool permitted = false;  ///< the run lets devices engage
+  bool in_workspace = true;  ///< of the device
+  bool expired = false;      ///< since the last tick the device has let go of what was commanded
+  bool permitted = false;    ///< the run lets devices engage
 };
 
 /// What a gate lets through.
@@ -70,12 +72,14 @@ std::string_view name_of(Engagement engagement);
 ///
 /// With p(x) = 3 x^2 - 2 x^3:
 /// - engaging: p(t / engage_time) times the wanted wrench within the limits;
-/// - releasing: 1 - p(t / ramp_down_time) times what was commanded when it began, whatever the pipeline does;
+/// - releasing (dead-man, outside the workspace, stale, the run stopping): 1 - p(t / ramp_down_time) times what was
+/// commanded when it began, whatever the pipeline does;
 /// - braking: -force_max v / max(|v|, speed_max), torque alike, against the motion; it ends when brake_time is over,
 ///   when the device is down to half its speed limits, or when anything else is wrong. The wrench before the slew limit
 ///   never gives power to the device; what is commanded goes straight from what it was towards it;
 /// - fault: zero.
-/// A release that has begun goes down to zero before the gate engages anew.
+/// A release that has begun goes down to zero before the gate engages anew. Where a command has expired, zero is taken
+/// for what was commanded: the wrench comes back from there by the slew limit, and a release stays at zero.
 class SafetyGate {
  public:
   /// `period` is that of the ticks, above zero. Throws InputError as `check` does.
@@ -89,6 +93,8 @@ class SafetyGate {
   /// Two periods.
   [[nodiscard]] Duration longest_tick() const { return clock_.longest(); }
   [[nodiscard]] const Wrench& commanded() const { return commanded_D_W_; }
+  /// Of the ramp, 0 to 1.
+  [[nodiscard]] double gain() const { return gain_; }
   /// True where exactly zero is commanded.
   [[nodiscard]] bool at_rest() const;
   /// How often a cause has come up.

@@ -10,6 +10,7 @@
 #include "framework/realtime/allocation_watch.hpp"
 #include "framework/realtime/loop_statistics.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
+#include "framework/realtime/pace.hpp"
 #include "framework/realtime/tick_schedule.hpp"
 
 namespace tactor {
@@ -53,6 +54,50 @@ class ElapsedTime {
   LoopCounter& steps_;
 };
 
+/// What a loop counts around its body, on its own thread.
+class TickMeter {
+ public:
+  /// The first `warm_up` ticks are left out of `heap_calls` and `page_faults`: code and thread-local storage are loaded
+  /// the first time they are used.
+  TickMeter(LoopStatistics& metrics, std::int64_t warm_up, double rate)
+      : metrics_(metrics),
+        warm_up_(warm_up),
+        fault_check_(std::max<std::int64_t>(1, static_cast<std::int64_t>(rate / 10))) {}
+
+  /// Calls the body for the tick; `missed` were skipped before it, and `now`, by `elapsed`, is when the loop woke for
+  /// it. Sets `now` to the time after it.
+  template <class Elapsed, class Body>
+  void call(const Tick& tick, std::int64_t missed, Elapsed& elapsed, Time& now, Body& body) {
+    metrics_.missed.add(missed);
+    metrics_.begun.add(1);
+    body(tick);
+    const Time woke = now;
+    now = elapsed.now();
+    metrics_.body_time.record(now - woke);
+    metrics_.body_ns.add((now - woke).ns);
+    metrics_.ended.add(1);
+    const std::int64_t ended = metrics_.ended.value();
+    if (ended <= warm_up_) {
+      heap_calls_before_ = thread_heap_calls();
+      page_faults_before_ = thread_page_faults();
+    } else {
+      metrics_.heap_calls.set(thread_heap_calls() - heap_calls_before_);
+      if (ended % fault_check_ == 0) count_page_faults();
+    }
+  }
+  void count_page_faults() { metrics_.page_faults.set(thread_page_faults() - page_faults_before_); }
+
+ private:
+  LoopStatistics& metrics_;
+  const std::int64_t warm_up_;
+  const std::int64_t fault_check_;
+  std::int64_t heap_calls_before_ = thread_heap_calls();
+  std::int64_t page_faults_before_ = thread_page_faults();
+};
+
+/// So often at least a loop that sleeps looks whether it is to stop.
+inline constexpr Duration longest_sleep{50'000'000};
+
 /// Calls `body(const Tick&)` on the calling thread at `origin` + k / rate until `stop` is set, which it looks at before
 /// each call and at least every 50 ms.
 ///
@@ -60,18 +105,12 @@ class ElapsedTime {
 /// runs past deadlines waits for the next to come. Either way what was skipped is counted as missed, and no two calls
 /// are made up for one wait. Allocates nothing, takes no lock and logs nothing. What the body throws passes through.
 ///
-/// `clock` has `Instant now()` and `void sleep_until(Instant)`. The first `warm_up` ticks are left out of `heap_calls`
-/// and `page_faults`: code and thread-local storage are loaded the first time they are used.
+/// `clock` has `Instant now()` and `void sleep_until(Instant)`.
 template <class Clock, class Body>
 void run_ticks(Clock& clock, const TickSchedule& schedule, Instant origin, std::int64_t warm_up,
                const std::atomic<bool>& stop, LoopStatistics& metrics, Body&& body) {
-  constexpr Duration longest_sleep{50'000'000};
-  const auto fault_check = std::max<std::int64_t>(1, static_cast<std::int64_t>(schedule.rate() / 10));
   ElapsedTime elapsed(clock, origin, metrics.clock_steps);
-  std::int64_t heap_calls_before = thread_heap_calls();
-  std::int64_t page_faults_before = thread_page_faults();
-  const auto count_page_faults = [&] { metrics.page_faults.set(thread_page_faults() - page_faults_before); };
-
+  TickMeter meter(metrics, warm_up, schedule.rate());
   Time now = elapsed.now();
   std::int64_t last = -1;
   while (true) {
@@ -84,28 +123,52 @@ void run_ticks(Clock& clock, const TickSchedule& schedule, Instant origin, std::
     }
     if (stop.load(std::memory_order_acquire)) break;
     metrics.wake_latency.record(now - deadline);
-
     const std::int64_t tick = schedule.last_due(now);
-    metrics.missed.add(tick - last - 1);
-    metrics.begun.add(1);
+    const std::int64_t missed = tick - last - 1;
     last = tick;
-    body(Tick{tick, schedule.deadline(tick)});
-    const Time woke = now;
-    now = elapsed.now();
-    metrics.body_time.record(now - woke);
-    metrics.body_ns.add((now - woke).ns);
-    metrics.ended.add(1);
-
-    const std::int64_t ended = metrics.ended.value();
-    if (ended <= warm_up) {
-      heap_calls_before = thread_heap_calls();
-      page_faults_before = thread_page_faults();
-    } else {
-      metrics.heap_calls.set(thread_heap_calls() - heap_calls_before);
-      if (ended % fault_check == 0) count_page_faults();
-    }
+    meter.call(Tick{tick, schedule.deadline(tick)}, missed, elapsed, now, body);
   }
-  count_page_faults();
+  meter.count_page_faults();
+}
+
+/// The same where something else sets the pace: calls the body at each beat, with the time of that beat as the tick's
+/// deadline, and where none comes half a period late, at that time and then each period. Beats that come sooner than
+/// three quarters of a period after a tick are let pass. Periods without a tick are missed ones. `pace` is a Pace.
+template <class Clock, class Beats, class Body>
+void run_ticks_by(Clock& clock, Beats& pace, const TickSchedule& schedule, Instant origin, std::int64_t warm_up,
+                  const std::atomic<bool>& stop, LoopStatistics& metrics, Body&& body) {
+  constexpr double soonest = 0.75, latest = 1.5;  // periods after a tick
+  const Duration period = Duration::from_rate(schedule.rate());
+  const auto periods = [&](double n) { return Duration::from_seconds(n / schedule.rate()); };
+  ElapsedTime elapsed(clock, origin, metrics.clock_steps);
+  TickMeter meter(metrics, warm_up, schedule.rate());
+  Time now = elapsed.now();
+  Time last = Time{} - period;
+  std::int64_t number = -1;
+  bool in_time = false;
+  const auto sleeps = [&](Time until) { return now < until && !stop.load(std::memory_order_acquire); };
+  while (true) {
+    for (const Time until = last + periods(soonest); sleeps(until); now = elapsed.now()) {
+      clock.sleep_until(elapsed.instant_of(std::min(until, now + longest_sleep)));
+    }
+    const auto came_after = [&] { return Time{} + (pace.newest() - elapsed.instant_of(Time{})) > last; };
+    const Time until = last + periods(in_time ? latest : 1);
+    for (std::uint32_t seen = pace.beats(); !came_after() && sleeps(until); now = elapsed.now()) {
+      pace.wait(seen, elapsed.instant_of(std::min(until, now + longest_sleep)));
+      seen = pace.beats();
+    }
+    if (stop.load(std::memory_order_acquire)) break;
+    in_time = came_after();
+    const Time beat = Time{} + (pace.newest() - elapsed.instant_of(Time{}));
+    const Time due = std::max(Time{}, in_time ? beat : std::max(until, now - period));
+    metrics.wake_latency.record(now - due);
+    const auto passed = static_cast<std::int64_t>((due - last).seconds() * schedule.rate() + 0.25);
+    const std::int64_t missed = std::max<std::int64_t>(0, passed - 1);
+    number += 1 + missed;
+    last = due;
+    meter.call(Tick{number, due}, missed, elapsed, now, body);
+  }
+  meter.count_page_faults();
 }
 
 }  // namespace tactor

@@ -23,13 +23,14 @@ double PortEnergy::most() const {
   return options_.kept + (dot(held_.force, held_.force) + turning) / (2 * options_.stiffness);
 }
 
-void PortEnergy::hold(const Wrench& wrench) {
-  const Wrench change = wrench - held_;
+void PortEnergy::hold(const Stamped<Wrench>& wrench) {
+  const Wrench change = wrench.value - held_;
   energy_ -= 0.5 * options_.pessimism *
              (options_.step * one_norm(change.force) + options_.step_angle * one_norm(change.torque));
-  held_ = wrench;
+  held_ = wrench.value;
   if (!options_.torque) held_.torque = {};
   const Wrench counted = held();
+  acting_.hold(wrench.stamp.valid, counted);
   of_rounding_ =
       std::max(of_rounding_, options_.step * norm(counted.force) + options_.step_angle * norm(counted.torque));
 }
@@ -42,7 +43,9 @@ void PortEnergy::take_state(const Stamped<DeviceState>& state) {
     if (options_.torque) way.r = to_rotation_vector(X.R * inverse(before.R));
     const double dt = (state.stamp.valid - at()).seconds();
     energy_ += options_.damping * (dot(way.x, way.x) + options_.lever * options_.lever * dot(way.r, way.r)) / dt;
-    const double given = work(held(), way);
+    const ActingWrench::Leg leg = acting_.leg(at(), state.stamp.valid);
+    const double given = work(leg.mean, way);
+    energy_ -= options_.acceleration * (leg.uneven_force + leg.uneven_torque / options_.lever);
     energy_ = std::min(energy_ - given, most());
     of_tick_ = std::max(of_tick_, std::abs(given));
     least_ = std::min(least_, energy_);
@@ -55,7 +58,7 @@ void PortEnergy::take_state(const Stamped<DeviceState>& state) {
 
 void PortEnergy::take(Input<DeviceState>& device, Input<Wrench>& commanded) {
   samples_.take(
-      device, commanded, [this](const Wrench& wrench) { hold(wrench); },
+      device, commanded, [this](const Stamped<Wrench>& wrench) { hold(wrench); },
       [this](const Stamped<DeviceState>& state) { take_state(state); });
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "framework/core/messages.hpp"
+#include "nodes/passivity/acting_wrench.hpp"
 #include "nodes/passivity/port_samples.hpp"
 
 namespace tactor {
@@ -21,16 +22,17 @@ inline double work(const Wrench& wrench, const SmallMotion& motion) {
 
 /// How the energy is counted.
 struct PortEnergyOptions {
-  double step = 0;        ///< m, of the position encoders
-  double step_angle = 0;  ///< rad, of the angle encoders
-  double pessimism = 0;   ///< share of the worst case of their rounding that is taken off
-  double damping = 0;     ///< N s/m, of the device against the world; what it takes is added
-  double start = 0;       ///< J, at the begin
-  double kept = 0;        ///< J, that are kept at any force
-  double stiffness = 0;   ///< N/m, above 0, of the softest spring that is displayed
-  Vec3 weight_W;          ///< N, of the tool: a motion along it gives that energy to what is displayed
-  double lever = 0;       ///< m, above 0: an angle counts as this times as much way, a torque as its part of a force
-  bool torque = true;     ///< false: the scene has none
+  double step = 0;          ///< m, of the position encoders
+  double step_angle = 0;    ///< rad, of the angle encoders
+  double pessimism = 0;     ///< share of the worst case of their rounding that is taken off
+  double damping = 0;       ///< N s/m, of the device against the world; what it takes is added
+  double start = 0;         ///< J, at the begin
+  double kept = 0;          ///< J, that are kept at any force
+  double stiffness = 0;     ///< N/m, above 0, of the softest spring that is displayed
+  double acceleration = 0;  ///< m/s^2, the greatest of the handle
+  Vec3 weight_W;            ///< N, of the tool: a motion along it gives that energy to what is displayed
+  double lever = 0;         ///< m, above 0: an angle counts as this times as much way, a torque as its part of a force
+  bool torque = true;       ///< false: the scene has none
 };
 
 /// E(n) = E(n-1) - F(n-1) . (x(n) - x(n-1)) + b |x(n) - x(n-1)|^2 / T(n): what the hand has given against the wrench F
@@ -50,6 +52,10 @@ struct PortEnergyOptions {
 /// Weight: a tool of the weight w that goes down gives w . (x(n) - x(n-1)), which the hand has put in by lifting it, or
 /// which was there at the begin. It is counted by the way of the handle, while something is commanded, so that no
 /// closed path gains from it.
+///
+/// Between two samples the wrench may change: a device whose samples are older than its commands, or one that has let
+/// go of a command that expired. Then the way is shared by time, and what an uneven way could give in addition is taken
+/// off.
 ///
 /// The equation holds where the wrench acts from tick to tick and where it is commanded: amplifiers without lag, lines
 /// without delay.
@@ -83,11 +89,12 @@ class PortEnergy {
 
  private:
   void take_state(const Stamped<DeviceState>& state);
-  void hold(const Wrench& wrench);
+  void hold(const Stamped<Wrench>& wrench);
   [[nodiscard]] double most() const;
 
   PortEnergyOptions options_;
   PortSamples samples_;
+  ActingWrench acting_;  // its counted part
   Twist velocity_, mean_velocity_;
   double mean_over_ = 0;
   Wrench held_;

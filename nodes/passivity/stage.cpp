@@ -23,6 +23,7 @@ PortEnergyOptions options_of(const StageParams& params, double damping, const No
           .start = params.start_energy,
           .kept = params.kept_energy,
           .stiffness = params.stiffness_min,
+          .acceleration = params.acceleration,
           .weight_W = params.tool_weight ? weight_of_tool(*context.scene) : Vec3{},
           .lever = params.lever,
           .torque = context.torque};

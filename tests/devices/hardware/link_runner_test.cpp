@@ -16,12 +16,22 @@ using tactor::test::ScriptedLink;
 
 namespace {
 
+/// 10 N and 2 m/s.
+AxisLimits one_axis() {
+  AxisLimits limits;
+  limits.effort_max = {10};
+  limits.speed_max = {2};
+  limits.jump_tolerance = {1e-3};
+  return limits;
+}
+
 struct Rig {
   LinkScript script;
   LinkRunner runner;
   LinkReport report;
 
-  explicit Rig(LinkRunnerSettings settings = {}) : runner(std::make_unique<ScriptedLink>(script), settings) {}
+  explicit Rig(LinkRunnerSettings settings = {})
+      : runner(std::make_unique<ScriptedLink>(script), one_axis(), settings) {}
   void command(double effort) { runner.command(MonotonicClock::now(), {{effort}}); }
   /// Commands again and again, as a loop does, until the condition holds.
   bool commanding(double effort, const std::function<bool()>& condition) {
@@ -35,7 +45,7 @@ struct Rig {
 
 LinkRunnerSettings patient() {
   LinkRunnerSettings settings;
-  settings.command_age_max = Duration{20'000'000'000};
+  settings.commands.age_max = settings.commands.expires_after = Duration{20'000'000'000};
   settings.idle_after = Duration{60'000'000'000};
   settings.back_off = Duration{1'000'000};
   return settings;
@@ -76,7 +86,7 @@ BOOST_AUTO_TEST_CASE(after_a_reconnect_the_command_is_cut_until_zero_is_commande
 
 BOOST_AUTO_TEST_CASE(a_command_of_a_loop_that_has_stopped_counts_as_zero_and_the_device_is_shut_down) {
   LinkRunnerSettings settings = patient();
-  settings.command_age_max = Duration{300'000'000};
+  settings.commands.age_max = settings.commands.expires_after = Duration{300'000'000};
   settings.idle_after = Duration{600'000'000};
   Rig rig(settings);
   rig.runner.start();
@@ -173,7 +183,7 @@ BOOST_AUTO_TEST_CASE(the_thread_of_the_line_runs_one_priority_below_the_loop_or_
 BOOST_AUTO_TEST_CASE(stopping_closes_what_is_open_once) {
   LinkScript script;
   {
-    LinkRunner runner(std::make_unique<ScriptedLink>(script), patient());
+    LinkRunner runner(std::make_unique<ScriptedLink>(script), one_axis(), patient());
     runner.start();
     BOOST_TEST(eventually([&] { return script.cycles > 3; }));
     runner.stop();
@@ -198,8 +208,8 @@ BOOST_AUTO_TEST_CASE(a_line_that_sets_the_pace_goes_ahead_of_the_deadlines_by_on
     LinkRunnerSettings settings = patient();
     settings.rate = 2;
     LinkScript script;
-    script.sets_pace = sets_pace;
-    LinkRunner runner(std::make_unique<ScriptedLink>(script), settings);
+    script.pace = sets_pace ? LinkPace::device : LinkPace::deadlines;
+    LinkRunner runner(std::make_unique<ScriptedLink>(script), one_axis(), settings);
     const auto begin = std::chrono::steady_clock::now();
     runner.start();
     BOOST_TEST_REQUIRE(eventually([&] { return script.cycles >= 4; }));

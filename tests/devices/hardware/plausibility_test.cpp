@@ -21,7 +21,9 @@ struct Judge {
   explicit Judge(AxisLimits limits) : plausibility(limits) {}
   Verdict at(double q, double effort = 0, std::int64_t after_ms = 1) {
     t += after_ms * ms;
-    return plausibility.judge({q}, {t}, {effort});
+    LinkSample sample;
+    sample.q = {q};
+    return plausibility.judge(sample, {t}, {effort});
   }
 };
 

@@ -36,7 +36,8 @@ struct LinkScript {
   std::atomic<int> cycles{0}, openings{0}, closings{0}, attempts{0};
   std::atomic<int> policy{-1}, priority{-1};  ///< of the thread in the newest cycle
   std::atomic<bool> slow{false};              ///< a cycle takes 30 ms
-  bool sets_pace = false;
+  LinkPace pace = LinkPace::deadlines;
+  LinkLimits limits;  ///< that it says of itself
 
   std::mutex mutex;
   std::vector<double> efforts;                                ///< all that were given, and -1000 at each opening
@@ -63,7 +64,8 @@ class ScriptedLink final : public Link {
     script_.efforts.push_back(opening_mark);
     return true;
   }
-  [[nodiscard]] bool sets_pace() const override { return script_.sets_pace; }
+  [[nodiscard]] LinkLimits limits() const override { return script_.limits; }
+  [[nodiscard]] LinkPace pace() const override { return script_.pace; }
   bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) override {
     {
       const std::scoped_lock lock(script_.mutex);

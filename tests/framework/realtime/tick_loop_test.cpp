@@ -237,4 +237,86 @@ BOOST_AUTO_TEST_CASE(what_the_body_throws_passes_through_and_shows_as_a_call_tha
   BOOST_TEST(run.metrics.ended.value() == 2);
 }
 
+namespace {
+
+/// Beats at times that the test gives, by the same clock.
+class FakePace {
+ public:
+  FakePace(FakeClock& clock, std::vector<double> beats_ms) : clock_(clock), beats_ms_(std::move(beats_ms)) {}
+  [[nodiscard]] std::uint32_t beats() { return static_cast<std::uint32_t>(come()); }
+  [[nodiscard]] Instant newest() { return come() == 0 ? Instant{} : at(come() - 1); }
+  void wait(std::uint32_t seen, Instant end) {
+    if (beats() != seen) return;
+    const bool comes = seen < beats_ms_.size() && at(seen) <= end;
+    clock_.sleep_until(comes ? at(seen) : end);
+  }
+
+ private:
+  [[nodiscard]] Instant at(std::size_t i) const {
+    return origin + Duration{static_cast<std::int64_t>(std::llround(beats_ms_[i] * 1e6))};
+  }
+  [[nodiscard]] std::size_t come() const {
+    std::size_t n = 0;
+    while (n < beats_ms_.size() && at(n) <= clock_.now()) ++n;
+    return n;
+  }
+  FakeClock& clock_;
+  std::vector<double> beats_ms_;
+};
+
+/// Ticks of a loop of 1 kHz at those beats: its deadlines in ms.
+struct PacedRun {
+  PacedRun(const std::vector<double>& beats_ms, int calls, const std::function<void(int, FakeClock&)>& body = {}) {
+    FakePace pace(clock, beats_ms);
+    std::atomic<bool> stop{false};
+    run_ticks_by(clock, pace, TickSchedule(1000), origin, 0, stop, metrics, [&](const Tick& tick) {
+      numbers.push_back(tick.number);
+      deadlines_ms.push_back(1e-6 * static_cast<double>(tick.deadline.ns));
+      if (body) body(static_cast<int>(numbers.size()), clock);
+      if (static_cast<int>(numbers.size()) == calls) stop = true;
+    });
+  }
+  FakeClock clock;
+  LoopStatistics metrics;
+  std::vector<double> deadlines_ms;
+  Numbers numbers;
+};
+
+void check_near(const std::vector<double>& found, const std::vector<double>& expected) {
+  BOOST_TEST_REQUIRE(found.size() == expected.size());
+  for (std::size_t i = 0; i < found.size(); ++i) BOOST_TEST(std::abs(found[i] - expected[i]) < 1e-9);
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_loop_with_a_pace_ticks_at_its_beats) {
+  // A device whose clock is slower than ours, and uneven.
+  const std::vector<double> beats{0.3, 1.32, 2.30, 3.36, 4.38};
+  const PacedRun run(beats, 5);
+  // Before the first beat it waits a period at most, from a period before its origin on.
+  check_near(run.deadlines_ms, {0, 1.32, 2.30, 3.36, 4.38});
+  BOOST_TEST((run.numbers == Numbers{0, 1, 2, 3, 4}));
+  BOOST_TEST(run.metrics.missed.value() == 0);
+}
+
+BOOST_AUTO_TEST_CASE(a_loop_goes_on_without_beats_after_half_a_period_and_takes_them_up_again) {
+  const PacedRun run({0, 1, 2, 6.2, 7.2}, 9);
+  check_near(run.deadlines_ms, {0, 1, 2, 3.5, 4.5, 5.5, 6.5, 7.2, 8.7});
+  BOOST_TEST(run.metrics.missed.value() == 0);
+}
+
+BOOST_AUTO_TEST_CASE(beats_that_come_too_soon_are_let_pass) {
+  const PacedRun run({0, 0.4, 1, 1.5, 2}, 3);
+  check_near(run.deadlines_ms, {0, 1, 2});
+}
+
+BOOST_AUTO_TEST_CASE(a_body_that_runs_past_beats_takes_the_newest_and_counts_what_it_missed) {
+  const PacedRun run({0, 1, 2, 3, 4, 5, 6}, 4, [](int call, FakeClock& clock) {
+    if (call == 2) clock.advance(3'300'000);
+  });
+  check_near(run.deadlines_ms, {0, 1, 4, 5});
+  BOOST_TEST((run.numbers == Numbers{0, 1, 4, 5}));
+  BOOST_TEST(run.metrics.missed.value() == 2);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

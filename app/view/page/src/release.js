@@ -13,6 +13,8 @@ const CAUSES = {
   write_failed: { what: 'The device did not take the force.', again: `Check its cable and its power. ${ITSELF}` },
   time_reversed: { what: 'The clock went back.', again: ITSELF },
   time_gap: { what: 'The device loop was late.', again: ITSELF },
+  outside_workspace: { what: 'The handle is outside the workspace of the device.', again: 'Bring it back.' },
+  expired: { what: 'The device loop was late.', again: ITSELF },
   no_segment: { what: 'Physics has not given a force yet.', again: `Wait. ${ITSELF}` },
   device_not_ready: { what: 'The device is not ready.', again: `Switch it on, or calibrate it. ${ITSELF}` },
   dead_man: { what: 'Nobody holds the device.', again: 'Hold its dead-man button, or the tool.' },

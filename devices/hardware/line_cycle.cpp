@@ -1,0 +1,111 @@
+#include "devices/hardware/line_cycle.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <utility>
+
+namespace tactor {
+
+LineCycle::LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing)
+    : name_(std::move(name)), ours_(ours), commands_(timing), plausibility_(ours) {
+  check(ours);
+  report_.limits = ours;
+}
+
+bool LineCycle::newest(LinkReport& report) noexcept {
+  reports_.admit();
+  const MessageView view = reports_.take();
+  if (view) std::memcpy(&report, view.value, sizeof report);
+  return static_cast<bool>(view);
+}
+
+void LineCycle::command(Instant now, const LinkCommand& command) noexcept {
+  commands_.send(now, command);
+  commanded_ns_.store(now.ns, std::memory_order_release);
+}
+
+std::string LineCycle::last_failure() const {
+  const std::scoped_lock lock(mutex_);
+  return last_failure_;
+}
+
+bool LineCycle::opened(const LinkLimits& theirs, LinkFailure& failure) {
+  AxisLimits limits = ours_;
+  limits.tighten(theirs);
+  for (int i = 0; i < limits.axes; ++i) {
+    const auto a = static_cast<std::size_t>(i);
+    if (limits.q_min[a] <= limits.q_max[a]) continue;
+    failure = {LinkError::identity,
+               "axis " + std::to_string(i + 1) + " of the device moves from " + std::to_string(theirs.q_min[a]) +
+                   " to " + std::to_string(theirs.q_max[a]) + ", and the workspace is given as " +
+                   std::to_string(ours_.q_min[a]) + " to " + std::to_string(ours_.q_max[a]),
+               true};
+    return false;
+  }
+  wants_reopen_.store(false, std::memory_order_release);
+  report_.limits = limits;
+  plausibility_.set(limits);
+  effort_ = {};
+  commands_.cut();
+  publish();
+  return true;
+}
+
+LinkCommand LineCycle::due(Instant now) {
+  LinkCommand command = commands_.due(now);
+  if (commands_.has_expired()) metrics_.expired.add(1);
+  if (report_.limits.shorten(command.effort)) metrics_.limited.add(1);
+  effort_ = command.effort;
+  if (commands_.cuts() != report_.cuts || commands_.expiries() != report_.expiries) publish();
+  return command;
+}
+
+void LineCycle::took(Instant began, const LinkSample& sample, std::string_view fault) {
+  metrics_.cycles.add(1);
+  if (effort_ != AxisValues{}) metrics_.forced_cycles.add(1);
+  report_.sample = sample;
+  report_.sampled = began;
+  ++report_.samples;
+  report_.verdict = plausibility_.judge(report_.sample, began, effort_);
+  report_.finding = plausibility_.finding();
+  metrics_.jumps.set(static_cast<std::int64_t>(plausibility_.jumps()));
+  metrics_.stuck.set(static_cast<std::int64_t>(plausibility_.times_stuck()));
+  samples_.store(report_.samples, std::memory_order_release);
+  if (sample.faults != 0) {
+    failed({LinkError::device_fault, std::string(fault)});
+  } else {
+    report_.error = LinkError::none;
+    publish();
+  }
+  pace_.beat();
+}
+
+LinkCommand LineCycle::turn(const LinkSample& sample, std::string_view fault) {
+  const Instant now = MonotonicClock::now();
+  if (report_.samples > 0) metrics_.cycle_time.record(now - report_.sampled);
+  took(now, sample, fault);
+  return due(MonotonicClock::now());
+}
+
+void LineCycle::failed(const LinkFailure& failure) {
+  metrics_.by_error[static_cast<std::size_t>(failure.error)].add(1);
+  const std::string text = name_ + ": " + failure.text;
+  report_.error = failure.error;
+  report_.text.fill('\0');
+  std::memcpy(report_.text.data(), text.data(), std::min(text.size(), report_.text.size() - 1));
+  {
+    const std::scoped_lock lock(mutex_);
+    last_failure_ = text;
+  }
+  publish();
+  if (failure.reopen) wants_reopen_.store(true, std::memory_order_release);
+}
+
+void LineCycle::publish() {
+  report_.cuts = commands_.cuts();
+  report_.expiries = commands_.expiries();
+  report_.expired_at = commands_.expired_at();
+  reports_.push({}, &report_);
+}
+
+}  // namespace tactor

@@ -1,0 +1,119 @@
+// The cycles of a line, whichever thread drives them: the command that is due, and the report of what came.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <mutex>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "devices/hardware/axis_limits.hpp"
+#include "devices/hardware/command_channel.hpp"
+#include "devices/hardware/link.hpp"
+#include "devices/hardware/plausibility.hpp"
+#include "framework/node/edge_queue.hpp"
+#include "framework/realtime/loop_statistics.hpp"
+#include "framework/realtime/monotonic_clock.hpp"
+#include "framework/realtime/pace.hpp"
+
+namespace tactor {
+
+/// What the loop learns of the line: plain data, since it may cross a process.
+struct LinkReport {
+  LinkSample sample;          ///< the newest good one
+  Instant sampled;            ///< when its cycle began, so that its age is not made smaller than it is
+  std::uint64_t samples = 0;  ///< good ones so far; 0: `sample` is not set
+  Plausibility::Verdict verdict = Plausibility::Verdict::good;  ///< of `sample`
+  Plausibility::Finding finding;                                ///< where it is not good
+  AxisLimits limits;                                            ///< those of the node and of the line, the tighter ones
+  std::uint64_t cuts = 0;             ///< how often the command was cut to zero, see CommandChannel
+  std::uint64_t expiries = 0;         ///< how often it expired
+  Instant expired_at;                 ///< when the newest of them did
+  LinkError error = LinkError::none;  ///< of the newest cycle or attempt to connect
+  std::array<char, 240> text{};       ///< why, in words, with the device's name
+};
+static_assert(std::is_trivially_copyable_v<LinkReport> && std::is_trivially_copyable_v<LinkCommand>);
+
+/// Metrics of a line. Its thread writes them, any thread may read them meanwhile.
+struct LinkMetrics {
+  LoopCounter cycles;         ///< good ones
+  LoopCounter forced_cycles;  ///< those whose command was an effort other than zero
+  LoopCounter expired;        ///< cycles that were given zero for a command that had expired
+  LoopCounter limited;        ///< cycles whose efforts were shortened to the limits of the axes
+  LoopCounter reconnects;
+  LoopCounter skipped;  ///< cycles that were due in another
+  LoopCounter jumps;    ///< of encoders
+  LoopCounter stuck;    ///< times that an encoder stood still under a force
+  LatencyHistogram cycle_time;
+  std::array<LoopCounter, link_error_count> by_error;
+
+  [[nodiscard]] std::int64_t errors(LinkError error) const { return by_error[static_cast<std::size_t>(error)].value(); }
+};
+
+/// What is handed over between a device loop and the line, and what each cycle does with it: the command that is due
+/// passes the limits of the axes; a sample is judged, unwrapped and reported. The loop never waits, allocates or locks.
+///
+/// One thread drives the cycles at a time: a LinkRunner's, or that of a device's library by `turn`.
+class LineCycle final : public LinkTurn {
+ public:
+  /// `name` of the link, `ours` the limits of the axes as the node knows them. Throws InputError as `check` does.
+  LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing);
+
+  // The device loop.
+
+  /// The newest report; false, and nothing copied, where there is none since the last call. Wait-free.
+  bool newest(LinkReport& report) noexcept;
+  /// The command from now on. Wait-free.
+  void command(Instant now, const LinkCommand& command) noexcept;
+  /// A beat with each sample.
+  [[nodiscard]] Pace& pace() { return pace_; }
+
+  // The thread that drives.
+
+  /// The line has been opened: the command is cut. False, with why, where the two workspaces have no place in common.
+  bool opened(const LinkLimits& theirs, LinkFailure& failure);
+  /// What the device is to do in a cycle that begins now.
+  LinkCommand due(Instant now);
+  /// What came in the cycle that began at `began`; `fault` has the words for `sample.faults`.
+  void took(Instant began, const LinkSample& sample, std::string_view fault);
+  LinkCommand turn(const LinkSample& sample, std::string_view fault) override;
+  void failed(const LinkFailure& failure) override;
+
+  // Any thread.
+
+  /// When the loop gave its newest command; zero: it has given none.
+  [[nodiscard]] Instant commanded() const { return {commanded_ns_.load(std::memory_order_acquire)}; }
+  /// Good cycles so far.
+  [[nodiscard]] std::uint64_t samples() const { return samples_.load(std::memory_order_acquire); }
+  /// True from a failure that says so until the line is opened.
+  [[nodiscard]] bool wants_reopen() const { return wants_reopen_.load(std::memory_order_acquire); }
+  [[nodiscard]] LinkMetrics& metrics() { return metrics_; }
+  [[nodiscard]] const LinkMetrics& metrics() const { return metrics_; }
+  /// The newest failure in words, with the device's name; empty: none.
+  [[nodiscard]] std::string last_failure() const;
+
+ private:
+  void publish();
+
+  const std::string name_;
+  const AxisLimits ours_;
+  CommandChannel commands_;
+  EdgeQueue reports_{sizeof(LinkReport), alignof(LinkReport), Queue{}};
+  Pace pace_;
+  std::atomic<std::int64_t> commanded_ns_{0};
+
+  // Of the thread that drives.
+  Plausibility plausibility_;
+  AxisValues effort_{};  // given last
+  LinkReport report_;
+
+  LinkMetrics metrics_;
+  std::atomic<std::uint64_t> samples_{0};
+  std::atomic<bool> wants_reopen_{false};
+  mutable std::mutex mutex_;  // of what follows; the loop never takes it
+  std::string last_failure_;
+};
+
+}  // namespace tactor

@@ -1,0 +1,30 @@
+// What a loop waits for in place of its deadlines: something that comes at a pace of its own.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#include "framework/realtime/monotonic_clock.hpp"
+
+namespace tactor {
+
+/// The beats of one thread, for which another one waits. Neither locks or allocates.
+class Pace {
+ public:
+  /// The thread that sets the pace. A system call only where the other one waits.
+  void beat() noexcept;
+
+  /// Beats so far.
+  [[nodiscard]] std::uint32_t beats() const noexcept { return beats_.load(std::memory_order_acquire); }
+  /// When the newest beat came.
+  [[nodiscard]] Instant newest() const noexcept { return {newest_ns_.load(std::memory_order_relaxed)}; }
+  /// Returns where there are other than `seen` beats, or at `end`, or sooner. One thread waits.
+  void wait(std::uint32_t seen, Instant end) noexcept;
+
+ private:
+  std::atomic<std::uint32_t> beats_{0};
+  std::atomic<bool> waits_{false};
+  std::atomic<std::int64_t> newest_ns_{0};
+};
+
+}  // namespace tactor
