@@ -70,6 +70,7 @@ py::object value_of(const ParamValue& value) {
     py::object operator()(const std::vector<double>& v) const { return py::cast(v); }
     py::object operator()(const Table&) const { return py::none(); }
     py::object operator()(const Mapping&) const { return py::none(); }
+    py::object operator()(std::monostate) const { return py::none(); }
   };
   return std::visit(Visitor{}, value);
 }

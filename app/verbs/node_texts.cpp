@@ -26,6 +26,7 @@ std::string default_text(const ParamValue& value) {
     }
     std::string operator()(const Table&) const { return "none"; }
     std::string operator()(const Mapping&) const { return "none"; }
+    std::string operator()(std::monostate) const { return {}; }
   };
   return std::visit(Visitor{}, value);
 }
@@ -35,6 +36,7 @@ std::string default_text(const ParamValue& value) {
 std::string value_text(const NodeInfo& info, const ParamInfo& param) {
   if (!param.default_value) return "required";
   if (info.haptic_rate && param.name == info.params[*info.rate_parameter].name) return "the graph's";
+  if (std::holds_alternative<std::monostate>(*param.default_value)) return param.chosen;
   const std::string value = default_text(*param.default_value);
   return param.as_in ? fmt::format("as in {} ({} otherwise)", name_of(*param.as_in), value) : value;
 }

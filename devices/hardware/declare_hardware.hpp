@@ -1,6 +1,7 @@
 // What the declarations of devices of hardware have in common.
 #pragma once
 
+#include <algorithm>
 #include <span>
 
 #include "devices/hardware/hardware_device.hpp"
@@ -10,11 +11,19 @@
 
 namespace tactor {
 
+/// What hardware may give a hand by default, at most.
+inline constexpr double careful_force = 3;     // N
+inline constexpr double careful_torque = 0.1;  // N m
+
 /// Adds the ports of DeviceNode, the parameters of HardwareParams and the metrics of HardwareDevice to the declaration
-/// of device N; `defaults` are those of the device. Marks N as hardware.
+/// of device N; `defaults` are those of the device. By default the force is at most `careful_force`, the torque at most
+/// `careful_torque`, and the device's first button is the dead-man button. Marks N as hardware.
 template <class N>
-void declare_hardware(Declare<N>& declaration, const HardwareParams& defaults = {}) {
+void declare_hardware(Declare<N>& declaration, HardwareParams defaults = {}) {
   using P = typename N::Params;
+  defaults.force_max = std::min(defaults.force_max, careful_force);
+  defaults.torque_max = std::min(defaults.torque_max, careful_torque);
+  defaults.dead_man_button.reset();
   declare_device(declaration, defaults);
   const auto time = [&](const char* name, Duration P::*member, const char* doc, Duration value, double min,
                         double max) {

@@ -69,7 +69,8 @@ void check_buttons(const GraphSpec& graph, const NodeSpec& setter, Diagnostics& 
     if (input == nullptr || !same_type(*input->type, message_type<DeviceState>())) continue;
     const auto dead_man = device->info->param(ParamMeaning::dead_man_button);
     if (!dead_man) continue;
-    const auto button = std::get<std::int64_t>(device->params[*dead_man]);
+    const auto* given = std::get_if<std::int64_t>(&device->params[*dead_man]);
+    const std::int64_t button = given != nullptr ? *given : 1;
     for (std::size_t p = 0; p < setter.params.size(); ++p) {
       const ParamInfo& param = setter.info->params[p];
       if (button == 0 || param.meaning != ParamMeaning::answer_button) continue;

@@ -18,6 +18,7 @@ std::string seconds(Duration duration) {
 }
 
 struct WriteValue {
+  std::string operator()(std::monostate) const { return "~"; }
   std::string operator()(bool value) const { return value ? "true" : "false"; }
   std::string operator()(std::int64_t value) const { return std::to_string(value); }
   std::string operator()(double value) const { return number_text(value); }
@@ -91,7 +92,8 @@ std::string write_type(const NodeInfo& info) {
 std::string write_node(const GraphSpec& graph, const NodeSpec& node) {
   std::string text = "  " + node.name + ":\n" + write_type(*node.info);
   for (std::size_t i = 0; i < node.params.size(); ++i) {
-    if (!is_rate_of(graph, node, i)) text += write_value(node, i);
+    const bool chooses = std::holds_alternative<std::monostate>(node.params[i]);
+    if (!chooses && !is_rate_of(graph, node, i)) text += write_value(node, i);
   }
   return text + "    cost: " + write_cost(node.cost) + "\n" + write_scheduling(node.scheduling);
 }

@@ -394,6 +394,20 @@ class Declare {
     };
     return push(std::move(p));
   }
+  /// An integer that the node chooses where neither the graph nor `o` gives one; `chosen` says what it takes then.
+  template <std::integral M>
+  Declare& integer(std::string name, std::optional<M> P::*member, std::string chosen, IntegerOptions o) {
+    ParamInfo p = base(std::move(name), ParamKind::integer, std::move(o.doc));
+    p.default_value = o.default_value ? ParamValue(*o.default_value) : ParamValue(std::monostate{});
+    p.chosen = std::move(chosen);
+    p.min = static_cast<double>(o.min);
+    p.max = static_cast<double>(o.max);
+    p.assign = [member](void* params, const ParamValue& v) {
+      const auto* given = std::get_if<std::int64_t>(&v);
+      static_cast<P*>(params)->*member = given != nullptr ? std::optional(static_cast<M>(*given)) : std::nullopt;
+    };
+    return push(std::move(p));
+  }
   Declare& boolean(std::string name, bool P::*member, std::optional<bool> default_value, std::string doc) {
     ParamInfo p = base(std::move(name), ParamKind::boolean, std::move(doc));
     if (default_value) p.default_value = *default_value;

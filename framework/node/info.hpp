@@ -34,8 +34,9 @@ struct Table {
 /// Pairs of texts, in the order of the file.
 using Mapping = std::vector<std::pair<std::string, std::string>>;
 
-/// A checked parameter value in SI units.
-using ParamValue = std::variant<bool, std::int64_t, double, std::string, std::vector<double>, Table, Mapping>;
+/// A checked parameter value in SI units; std::monostate: the graph gives none, and the node chooses.
+using ParamValue =
+    std::variant<bool, std::int64_t, double, std::string, std::vector<double>, Table, Mapping, std::monostate>;
 /// The values of a node, in the order of its type's parameters.
 using ParamValues = std::vector<ParamValue>;
 
@@ -92,7 +93,8 @@ enum class ParamMeaning : std::uint8_t {
   ramp,             ///< s: the time in which a new value of the node is reached
   settling_time,    ///< s: the time that a node which sets others gives them before it goes on
   answer_button,    ///< the device's button that answers, 1 for its first one; 0: none
-  dead_man_button,  ///< the device's button that a person must hold, 1 for its first one; 0: none
+  dead_man_button,  ///< the device's button that a person must hold, 1 for its first one; 0: none; std::monostate: its
+                    ///< first one, where it has one
 };
 
 /// A parameter of a node type.
@@ -101,6 +103,7 @@ struct ParamInfo {
   ParamKind kind = ParamKind::real;
   std::string unit = "1";                                 ///< the SI unit of the value
   std::optional<ParamValue> default_value;                ///< absent: the parameter must be given
+  std::string chosen;                                     ///< where the node chooses: what, in a few words
   double min = -std::numeric_limits<double>::infinity();  ///< smallest value allowed, or see `above_min`
   double max = std::numeric_limits<double>::infinity();   ///< largest value allowed
   bool above_min = false;                                 ///< true: the value must be larger than `min`

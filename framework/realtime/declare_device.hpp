@@ -121,7 +121,8 @@ void declare_device(Declare<N>& declaration, const DeviceParams& defaults = {}) 
        "of the physics",
        defaults.sample_age_max, 1e-3, 60);
   declaration.template integer<std::int32_t>(
-      "dead_man_button", static_cast<std::int32_t P::*>(&P::dead_man_button),
+      "dead_man_button", static_cast<std::optional<std::int32_t> P::*>(&P::dead_man_button),
+      "the first, where there is one",
       {.doc = "the button that must be held to get a force; 1: the first button, 0: none",
        .default_value = defaults.dead_man_button,
        .min = 0,

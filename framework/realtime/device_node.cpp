@@ -36,9 +36,10 @@ Duration trusted_for(const ForceSegment& segment, Duration age) {
   return std::min(segment.trust_time, Duration{minute_ns}) - age;
 }
 
-/// The button that must be held, which has to be one that there is.
+/// The button that must be held, which has to be one that there is; 0: none.
 std::int32_t dead_man_button_of(const DeviceParams& params, std::optional<int> buttons) {
-  const std::int32_t button = params.dead_man_button;
+  if (!params.dead_man_button) return buttons.value_or(0) > 0 ? 1 : 0;
+  const std::int32_t button = *params.dead_man_button;
   if (!buttons || button <= *buttons) return button;
   throw ValueError("dead_man_button", "dead_man_button: expected " +
                                           (*buttons == 0 ? "0, because the device has no buttons"
@@ -53,6 +54,7 @@ DeviceNode::DeviceNode(const DeviceParams& params, const NodeContext& context, s
     : name_(context.name),
       rotates_(context.torque),
       dead_man_button_(dead_man_button_of(params, buttons)),
+      lacks_dead_man_(dead_man_button_ == 0 && !params.dead_man_button),
       failure_timeout_(params.failure_timeout),
       stale_after_(params.stale_after),
       sample_age_max_(params.sample_age_max),

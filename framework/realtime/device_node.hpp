@@ -13,8 +13,9 @@ namespace tactor {
 
 /// The parameters that every device has; `declare_device` declares them.
 struct DeviceParams : SafetyLimits {
-  double rate = 1000;                       ///< Hz, of the ticks
-  std::int32_t dead_man_button = 0;         ///< 1 for the first bit of DeviceState::buttons; 0: there is none
+  double rate = 1000;  ///< Hz, of the ticks
+  /// 1 for the first bit of DeviceState::buttons; 0: there is none; absent: the first one, where the device has one.
+  std::optional<std::int32_t> dead_man_button = 0;
   Duration failure_timeout{1'000'000'000};  ///< a device that fails for longer ends the run
   Duration sample_age_max{500'000'000};     ///< a force that was made from an older device sample is not fresh
 };
@@ -63,6 +64,8 @@ class DeviceNode : public Node {
   [[nodiscard]] const SafetyGate& gate() const { return gate_; }
   /// Messages that were no fresh segments.
   [[nodiscard]] std::uint64_t rejected_segments() const { return rejected_segments_; }
+  /// True where no button stops the force and the parameters do not ask for that.
+  [[nodiscard]] bool lacks_dead_man() const { return lacks_dead_man_; }
   /// What became of its force so far; asked after a run.
   [[nodiscard]] virtual ForceAccount account() const;
 
@@ -97,6 +100,7 @@ class DeviceNode : public Node {
   std::string name_;
   bool rotates_;
   std::int32_t dead_man_button_;
+  bool lacks_dead_man_;
   Duration failure_timeout_;
   Duration stale_after_;
   Duration sample_age_max_;

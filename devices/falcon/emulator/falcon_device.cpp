@@ -10,6 +10,7 @@ namespace tactor {
 namespace {
 
 constexpr std::uint8_t all_axes = 7;
+constexpr std::uint8_t held_button = 1;
 constexpr double homing_travel = 0.1;  // rad, after which an arm has passed its mark
 
 }  // namespace
@@ -51,7 +52,7 @@ std::optional<std::size_t> FalconDevice::control(const UsbSetup& setup, std::spa
 }
 
 void FalconDevice::answer_state() {
-  FalconState shown_state;
+  FalconState shown_state{.counts = {}, .grip = held_button, .homed = 0};
   const std::array<double, 6> q = shown();
   const std::uint32_t homed = has(UsbFault::unhomed) ? 0 : state().homed;
   for (std::size_t i = 0; i < 3; ++i) {

@@ -195,11 +195,12 @@ std::vector<std::uint8_t> ReportDevice::report() {
     if (field.span() > 0) count = count_from(0, count, field.span());
     field.write(report, count);
   }
-  if (has(UsbFault::status) && !layout.faults.empty()) {
-    const Flag& flag = layout.faults.front();
+  const auto raise = [&](const Flag& flag) {
     const ReportField& field = layout.fields[flag.field];
-    field.write(report, flag.bit < 0 ? flag.above + 1 : std::ldexp(1.0, flag.bit));
-  }
+    field.write(report, flag.bit < 0 ? flag.above + 1 : field.read(report) + std::ldexp(1.0, flag.bit));
+  };
+  if (!layout.buttons.empty()) raise(layout.buttons.front());
+  if (has(UsbFault::status) && !layout.faults.empty()) raise(layout.faults.front());
   return report;
 }
 

@@ -26,9 +26,9 @@ struct PoweredState {
 /// or cannot be mapped.
 std::shared_ptr<PoweredState> map_state(const std::string& file);
 
-/// A device with an arm in a hand. The effort of its motors holds from one command to the next, also when the host
-/// closes it, and is zero where none has come for the watchdog's time. Between two hosts the hand puts the handle back
-/// to where it starts.
+/// A device with an arm in a hand, which holds its first button, where it has one. The effort of its motors holds from
+/// one command to the next, also when the host closes it, and is zero where none has come for the watchdog's time.
+/// Between two hosts the hand puts the handle back to where it starts.
 class EmulatedDevice : public UsbFunction {
  public:
   EmulatedDevice(const Emulation& emulation, std::shared_ptr<PoweredState> state);

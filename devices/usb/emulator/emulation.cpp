@@ -6,6 +6,10 @@ namespace tactor {
 
 namespace {
 
+void put(std::ostream& out, const char* key, const std::vector<Flag>& flags) {
+  for (const Flag& f : flags) out << key << ' ' << f.field << ' ' << f.bit << ' ' << f.above << '\n';
+}
+
 void put(std::ostream& out, const char* key, const std::vector<ReportField>& fields) {
   for (const ReportField& f : fields) {
     out << key << ' ' << f.at << ' ' << static_cast<int>(f.type) << ' ' << static_cast<int>(f.order) << '\n';
@@ -34,7 +38,8 @@ class Line {
     if (key == "in") return field(e_.input.fields, e_.input.size);
     if (key == "out") return field(e_.output.fields, e_.output.size);
     if (key == "axis") return axis();
-    if (key == "fault_flag") return flag();
+    if (key == "button_flag") return flag(e_.input.buttons);
+    if (key == "fault_flag") return flag(e_.input.faults);
     if (key == "number") return number();
     if (key == "start") return get(e_.start.x) && get(e_.start.y) && get(e_.start.z);
     if (key == "hand") return hand();
@@ -72,10 +77,10 @@ class Line {
     return in.field < e_.input.fields.size() && out.field < e_.output.fields.size() && in.scale != 0 &&
            out.scale != 0 && e_.input.axes.size() <= 6;
   }
-  bool flag() {
+  bool flag(std::vector<Flag>& flags) {
     Flag f;
     if (!get(f.field) || !get(f.bit) || !get(f.above)) return false;
-    e_.input.faults.push_back(f);
+    flags.push_back(f);
     return f.field < e_.input.fields.size() && f.bit < 32;
   }
   bool number() {
@@ -125,7 +130,8 @@ std::string to_text(const Emulation& e) {
     out << "axis " << a.field << ' ' << a.scale << ' ' << a.offset << ' ' << b.field << ' ' << b.scale << ' ' << b.limit
         << '\n';
   }
-  for (const Flag& f : e.input.faults) out << "fault_flag " << f.field << ' ' << f.bit << ' ' << f.above << '\n';
+  put(out, "button_flag", e.input.buttons);
+  put(out, "fault_flag", e.input.faults);
   out << "geometry " << e.geometry << '\n';
   for (const double n : e.numbers) out << "number " << n << '\n';
   out << "start " << e.start.x << ' ' << e.start.y << ' ' << e.start.z << '\n';
