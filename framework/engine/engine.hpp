@@ -26,6 +26,9 @@ struct EngineOptions {
   double pace = 0;
   /// Under the virtual clock: is told of the work of each node (see NodeMeter), and outlives the engine; null: nobody.
   NodeMeter* meter = nullptr;
+  /// Live: asks whether hardware may give a force though no button stops it when a person lets go, and the graph does
+  /// not say so (`dead_man_button: 0`); called at most once, before anything moves. Null: it may not.
+  Ask without_dead_man = {};
 };
 
 /// The owner's part in a run, done by the engine on the thread that calls `advance` and `finish`.
@@ -103,7 +106,8 @@ class Engine {
 
 /// Makes the nodes and the engine of the plan's clock. If `log` is not null, the engine makes that live run again under
 /// the virtual clock; the log outlives the engine. Throws YamlError with the node's place if a node refuses its input.
-/// Live, also throws InputError if there is no live engine or no such core, and RunError if the graph insists on a
+/// Live, also throws InputError if there is no live engine or no such core, or hardware has no dead-man button and the
+/// options do not do without one, and RunError if the graph insists on a
 /// privilege that the system refuses.
 std::unique_ptr<Engine> make_engine(const Plan& plan, const EngineOptions& options, const RunLog* log);
 

@@ -90,15 +90,25 @@ LanePlan plan_lanes(const Plan& plan) {
   return plan_lanes(plan, core_count(), usable, realtime_is_granted());
 }
 
-void check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& timer) {
-  if (plan.graph.live.on_missing_privilege != OnMissingPrivilege::fail) return;
+std::string check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& timer) {
+  const bool must_have = plan.graph.live.on_missing_privilege == OnMissingPrivilege::fail;
+  const bool hardware = std::any_of(plan.nodes.begin(), plan.nodes.end(),
+                                    [](const NodeSpec& node) { return node.info->hardware.has_value(); });
+  if (!must_have && !hardware) return {};
   std::vector<ThreadSettings> settings{timer};
   for (const LaneSpec& lane : lanes.lanes) settings.push_back(lane.settings);
   for (const auto& loop : lanes.realtime) {
     if (loop) settings.push_back(*loop);
   }
   const std::vector<Refusal> refused = missing_privileges(settings);
-  if (refused.empty()) return;
+  if (refused.empty()) return {};
+  if (!must_have) {
+    std::string names;
+    for (const Refusal& refusal : refused) names += (names.empty() ? "" : ", ") + refusal.what;
+    return "the system refuses real-time privileges (" + names +
+           "): while other programs work, ticks come late by milliseconds; the force is then cut and comes back by its "
+           "ramp. See docs/howto/real_time.md";
+  }
   std::string text = plan.graph.file.string() + ": on_missing_privilege is fail, and this system refuses:";
   for (const Refusal& refusal : refused) text += "\n  " + describe(refusal);
   throw RunError(text);

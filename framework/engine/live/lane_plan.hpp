@@ -34,7 +34,8 @@ LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable,
 LanePlan plan_lanes(const Plan& plan);
 
 /// Throws RunError where the graph says `on_missing_privilege: fail` and the system refuses something to a thread of
-/// these lanes or to `timer`, the engine's own.
-void check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& timer);
+/// these lanes or to `timer`, the engine's own. Otherwise, where hardware is driven, one line that says what is refused
+/// and what a person feels of it; empty: nothing is refused, or no hardware is driven.
+std::string check_privileges(const Plan& plan, const LanePlan& lanes, const ThreadSettings& timer);
 
 }  // namespace tactor

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "framework/core/clock.hpp"
+#include "framework/engine/live/dead_man.hpp"
 #include "framework/realtime/make_thread.hpp"
 #include "framework/realtime/thread_policy.hpp"
 
@@ -31,7 +32,9 @@ LiveEngine::LiveEngine(const Plan& plan, const EngineOptions& options)
       lanes_(plan_lanes(plan)),
       steps_(plan),
       stalls_(plan.nodes.size(), plan.graph.live.stall_timeout) {
-  check_privileges(plan_, lanes_, timer_settings);
+  check_dead_man(nodes_, options.without_dead_man);
+  const std::string refused = check_privileges(plan_, lanes_, timer_settings);
+  if (!refused.empty()) nodes_.note(refused);
   make_lanes();
   if (options.keeps_step_times) step_times_.keep(*dispatcher_);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());

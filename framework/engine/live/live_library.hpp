@@ -10,7 +10,8 @@ namespace tactor {
 /// The functions of the library of the live engine.
 struct LiveLibrary {
   /// Makes the nodes of a plan, which must outlive the run. Throws InputError with the node's name where a node refuses
-  /// its input, and where a node asks for a core that this machine does not have; RunError where the system refuses a
+  /// its input, where a node asks for a core that this machine does not have, and where hardware has no dead-man button
+  /// and the options do not do without one; RunError where the system refuses a
   /// privilege and the graph says `on_missing_privilege: fail`.
   std::unique_ptr<Engine> (*make)(const Plan& plan, const EngineOptions& options);
 };

@@ -1,0 +1,36 @@
+#include "framework/engine/live/dead_man.hpp"
+
+#include "framework/realtime/device_node.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// A node of hardware that is no DeviceNode tells of no button.
+bool lacks_dead_man(const NodeSpec& spec, const Node& node) {
+  if (!spec.info->hardware) return false;
+  const auto* device = dynamic_cast<const DeviceNode*>(&node);
+  return device == nullptr || device->lacks_dead_man();
+}
+
+}  // namespace
+
+void check_dead_man(const PlanNodes& nodes, const Ask& ask) {
+  const Plan& plan = nodes.plan();
+  Diagnostics refused;
+  std::string names;
+  for (std::size_t n = 0; n < nodes.size(); ++n) {
+    const NodeSpec& spec = plan.nodes[n];
+    if (!lacks_dead_man(spec, nodes[n])) continue;
+    names += (names.empty() ? "" : " and ") + spec.name + " (" + spec.info->type + ")";
+    refused.error(plan.graph.place_of("nodes." + spec.name),
+                  "nodes." + spec.name + ": expected a dead-man button, because " + spec.info->type +
+                      " drives hardware, found none: no button stops its force when a person lets go; to do without "
+                      "one, start with --no-dead-man (in Python no_dead_man=True), or write dead_man_button: 0");
+  }
+  if (!refused.any() || (ask && ask("No button stops the force of " + names + " when you let go. Run all the same?")))
+    return;
+  refused.throw_if_any();
+}
+
+}  // namespace tactor
