@@ -1,8 +1,6 @@
 #include "app/machine/devices.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +8,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "app/confirmation.hpp"
 #include "app/output.hpp"
 #include "app/run/headline.hpp"
 #include "app/run/run.hpp"
@@ -132,14 +131,20 @@ GraphSpec trial_graph(const GraphSpec& graph, const NodeSpec& device, double for
   return trial;
 }
 
-/// Runs it and shows where the device is, ten times a second on a terminal, else once a second. What the device has to
-/// say of itself beforehand is added to `notes`.
-RunResult run_trial(const GraphSpec& graph, const std::atomic<int>& interrupted, Shown& shown,
-                    std::vector<std::string>& notes) {
+/// What is told before a trial.
+struct Beforehand {
+  std::vector<std::string> notes;
+  bool lacks_dead_man = false;
+};
+
+/// Runs it and shows where the device is, ten times a second on a terminal, else once a second.
+RunResult run_trial(const GraphSpec& graph, const std::atomic<int>& interrupted, Shown& shown, Beforehand& told_of) {
   const bool terminal = isatty(STDOUT_FILENO) == 1;
   double told = -1;
   RunOptions options;
-  options.note = [&notes](const std::string& note) { notes.push_back(note); };
+  options.note = [&told_of](const std::string& note) { told_of.notes.push_back(note); };
+  // The force has a question of its own.
+  options.without_dead_man = [&told_of](const std::string&) { return told_of.lacks_dead_man = true; };
   options.before_start = [&](Session& session) {
     session.on_message(graph.nodes.front().name + ".state", [&shown](const Stamp&, const void* value) {
       DeviceState state;
@@ -221,42 +226,18 @@ const NodeSpec& hardware_node(const GraphSpec& graph, const std::string& name) {
                    (names.empty() ? "none; device types are listed by `tactor nodes`" : names));
 }
 
-bool confirmed(const std::string& question, bool yes, const std::atomic<int>& interrupted) {
-  constexpr int look_ms = 50;
-  // What was typed before the question was no answer to it.
-  tcflush(STDIN_FILENO, TCIFLUSH);
-  fmt::print("{} [y/N] ", question);
-  std::fflush(stdout);
-  if (yes) {
-    fmt::print("yes\n");
-    return true;
-  }
-  std::string answer;
-  // Not by the library's streams, which take a read up again that a signal has ended.
-  for (char c = 0; c != '\n';) {
-    pollfd input{STDIN_FILENO, POLLIN, 0};
-    const int ready = poll(&input, 1, look_ms);
-    if (interrupted != 0 || (ready > 0 && read(STDIN_FILENO, &c, 1) <= 0)) {
-      fmt::print("\n");
-      // Half a line may have been typed, which the shell would get.
-      tcflush(STDIN_FILENO, TCIFLUSH);
-      return false;
-    }
-    if (ready > 0 && c != '\n') answer += c;
-  }
-  return answer == "y" || answer == "Y" || answer == "yes";
-}
-
 int try_device(const GraphSpec& graph, const NodeSpec& device, const DeviceTrial& trial, Registry& registry,
                const std::atomic<int>& interrupted) {
   registry.add<TrialForce>();
   fmt::print("  {} ({}): its position, without a force\n", device.name, device.info->type);
   const double watch = std::max(trial.seconds, 0.5);
-  std::vector<std::string> notes, told_already;
+  Beforehand beforehand, told_already;
   Shown at_rest, moved;
-  const RunResult watched = run_trial(trial_graph(graph, device, 0, 1, watch, registry), interrupted, at_rest, notes);
+  const RunResult watched =
+      run_trial(trial_graph(graph, device, 0, 1, watch, registry), interrupted, at_rest, beforehand);
   if (const int code = tell_result(watched, at_rest, "moved"); code != 0 || watched.interrupted) return code;
-  for (const std::string& note : notes) fmt::print("  Note: {}\n", note);
+  for (const std::string& note : beforehand.notes) fmt::print("  Note: {}\n", note);
+  if (beforehand.lacks_dead_man) fmt::print("  No button stops the force when you let go.\n");
   const std::string question = fmt::format("  Apply up to {:g} N along x, y and z of the scene and back, for {:g} s?",
                                            trial.force, 6 * trial.seconds);
   if (!confirmed(question, trial.yes, interrupted)) {

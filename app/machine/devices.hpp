@@ -20,10 +20,6 @@ std::string device_list(const Registry& registry);
 /// several and no name.
 const NodeSpec& hardware_node(const GraphSpec& graph, const std::string& name);
 
-/// Asks on the terminal; with `yes` without asking. Only what is typed after the question counts. False too where
-/// standard input has ended, and as soon as `interrupted` is set.
-bool confirmed(const std::string& question, bool yes, const std::atomic<int>& interrupted);
-
 /// What a try of a device does.
 struct DeviceTrial {
   double force = 1;    ///< N, the largest

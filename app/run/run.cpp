@@ -303,7 +303,8 @@ void run_to_end(Session& session, Follower* follower, std::unique_ptr<Recorder>&
 void execute(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded, RunResult& result) {
   Session session(plan, {.engine = {.measure_cpu = true,
                                     .keeps_step_times = options.keeps_step_times,
-                                    .pace = options.watcher != nullptr ? 1.0 : 0.0},
+                                    .pace = options.watcher != nullptr ? 1.0 : 0.0,
+                                    .without_dead_man = options.without_dead_man},
                          .keeps_tables = options.keeps_tables});
   pass_notes(session.nodes(), options);
   // It may be refused, so that nothing has been written yet.

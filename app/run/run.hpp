@@ -122,6 +122,7 @@ struct RunOptions {
   bool traces = false;             ///< the result has what a page shows of its devices
   bool keeps_step_times = false;   ///< the result has what each step took
   bool keeps_tables = false;       ///< nodes may write files of their own (see SessionOptions)
+  Ask without_dead_man;            ///< see EngineOptions::without_dead_man
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
   std::function<void(const std::string& note)> note;
   /// Called once before anything is written, when nothing of the input can be refused any more.

@@ -51,6 +51,11 @@ void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc
   verb.add_flag("--overwrite", results.overwrite, "Replace existing results");
 }
 
+void add_no_dead_man(CLI::App& verb, bool& accepted) {
+  verb.add_flag("--no-dead-man", accepted,
+                "Let hardware give a force though no button stops it when you let go, without asking");
+}
+
 unsigned cores() {
   return std::max(1U, std::thread::hardware_concurrency());
 }

@@ -39,6 +39,9 @@ void add_results(CLI::App& verb, ResultsRequest& results, const std::string& doc
 inline constexpr std::int64_t most_seeds = 10'000;
 inline constexpr std::int64_t most_jobs = 1024;
 
+/// --no-dead-man, for verbs that drive hardware.
+void add_no_dead_man(CLI::App& verb, bool& accepted);
+
 /// The cores of this machine, at least 1: how many runs are made at once unless the user says otherwise.
 unsigned cores();
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "app/confirmation.hpp"
 #include "app/interruption.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
@@ -43,6 +44,7 @@ struct RunArguments {
   std::optional<fs::path> reference;  // a recording that judges the run
   std::optional<fs::path> costs;      // where to write what the steps took
   bool view = false;                  // show it in the browser
+  bool no_dead_man = false;           // hardware gives a force though no button stops it
   PageOptions page;
 };
 
@@ -71,6 +73,7 @@ int run_graph(const RunArguments& arguments) {
   run_options.keeps_tables = true;
   run_options.traces = true;
   run_options.cache_folder = default_cache_folder();
+  run_options.without_dead_man = ask_without_dead_man(arguments.no_dead_man);
   run_options.note = tell_note;
   run_options.before_writing = [&results] { results.clear(); };
   ProgressBar bar;
@@ -144,6 +147,7 @@ void add_run(CLI::App& app, int& exit_code) {
                    "A recording to use instead of a reference run: its streams have the names of the outputs that feed "
                    "the metrics node, such as coupling.force")
       ->type_name(value_type::recording);
+  add_no_dead_man(*verb, arguments->no_dead_man);
   CLI::Option* view =
       verb->add_flag("--view", arguments->view,
                      "Show the run in the browser as it happens; under the virtual clock it then runs in real time");

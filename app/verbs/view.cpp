@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/confirmation.hpp"
 #include "app/interruption.hpp"
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
@@ -31,6 +32,7 @@ struct ViewArguments {
   std::string device = "mouse";
   PageOptions page;
   bool no_reference = false;
+  bool no_dead_man = false;
   fs::path recording;
   fs::path picture;
   std::optional<double> time;
@@ -124,6 +126,7 @@ int view(const ViewArguments& arguments) {
   options.own_device = arguments.device == "graph";
   options.reference = !arguments.no_reference;
   if (!arguments.recording.empty()) options.recording = arguments.recording;
+  options.without_dead_man = ask_without_dead_man(arguments.no_dead_man);
   options.note = tell_note;
   options.stop_asked = is_interrupted;
   options.opened = [&arguments](const std::string& url, const std::string& foxglove) {
@@ -158,6 +161,7 @@ void add_view(CLI::App& app, int& exit_code) {
   arguments->page.add_to(*verb);
   verb->add_flag("--no-reference", arguments->no_reference,
                  "Run no reference beside it. The reference gives error and delay, and uses a core if one is free");
+  add_no_dead_man(*verb, arguments->no_dead_man);
   verb->add_option("--record", arguments->recording, "Record the run into this file (HDF5), for a replay")
       ->type_name(value_type::recording);
   CLI::Option* picture =

@@ -41,7 +41,8 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   take_out_sinks(graph);
   // A run is made for something: without sinks for what its device displays.
   if (graph.record.empty()) graph.record.push_back(device_of(graph).name + ".commanded");
-  Session session(make_plan(std::move(graph)), {.keeps_tables = true});
+  Session session(make_plan(std::move(graph)),
+                  {.engine = {.without_dead_man = options.without_dead_man}, .keeps_tables = true});
   for (const std::string& note : session.nodes().notes()) note_once(note);
   const std::unique_ptr<Follower> follower =
       options.reference && !experiment_of(session.plan())

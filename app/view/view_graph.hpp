@@ -18,6 +18,7 @@ struct ViewOptions {
   bool own_device = false;  ///< the graph's device stays
   bool reference = true;    ///< a reference runs beside it, where the graph has a sink that compares
   std::optional<std::filesystem::path> recording;  ///< where the run is recorded, for a replay
+  Ask without_dead_man;                            ///< see EngineOptions::without_dead_man
   std::function<void(const std::string& note)> note;
   /// Called when pages may come. `foxglove`: what a Foxglove viewer connects to; empty where none may.
   std::function<void(const std::string& url, const std::string& foxglove)> opened;
