@@ -48,7 +48,7 @@ struct FinishedRun {
 
 struct RunRequest {
   std::optional<std::string> out;
-  bool overwrite = false, follow = false, without_reference = false;
+  bool overwrite = false, follow = false, without_reference = false, no_dead_man = false;
   std::optional<std::string> reference;
   std::vector<std::string> taps;
 };
@@ -113,6 +113,7 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
     options.note = [&](const std::string& note) { made->notes.push_back(note); };
     options.progress = [&](double, const char*) { return signals.go_on(); };
     options.live_progress = [&](const LiveLook&) { return signals.go_on(); };
+    options.without_dead_man = [&](const std::string&) { return request.no_dead_man; };
     options.reference_recording = request.reference;
     options.without_reference = request.without_reference;
     if (request.follow) {
@@ -191,12 +192,13 @@ void bind_run(py::module_& module) {
   module.def(
       "run",
       [](const Graph& graph, const std::optional<std::string>& out, bool overwrite, bool follow,
-         const std::optional<std::string>& reference, bool without_reference, const std::vector<std::string>& taps) {
-        return run(graph, {out, overwrite, follow, without_reference, reference, taps});
+         const std::optional<std::string>& reference, bool without_reference, bool no_dead_man,
+         const std::vector<std::string>& taps) {
+        return run(graph, {out, overwrite, follow, without_reference, no_dead_man, reference, taps});
       },
       py::arg("graph"), py::kw_only(), py::arg("out") = py::none(), py::arg("overwrite") = false,
       py::arg("follow") = false, py::arg("reference") = py::none(), py::arg("without_reference") = false,
-      py::arg("taps") = std::vector<std::string>{});
+      py::arg("no_dead_man") = false, py::arg("taps") = std::vector<std::string>{});
 }
 
 }  // namespace tactor::python

@@ -319,7 +319,7 @@ void bind_session(py::module_& module) {
       .def_property_readonly("dtype", &PythonFeed::dtype)
       .def("send", &PythonFeed::send, py::arg("value"), py::arg("valid") = py::none());
   py::class_<SessionState, std::shared_ptr<SessionState>>(module, "Session")
-      .def(py::init([](const Graph& graph, double pace, bool measure_cpu) {
+      .def(py::init([](const Graph& graph, double pace, bool measure_cpu, bool no_dead_man) {
              constexpr double lowest_pace = 1e-6;
              if (!(pace == 0 || pace >= lowest_pace) || std::isinf(pace)) {
                throw InputError(
@@ -328,10 +328,14 @@ void bind_session(py::module_& module) {
              }
              return without_lock([&] {
                return std::make_shared<SessionState>(
-                   graph, SessionOptions{.engine = {.measure_cpu = measure_cpu, .pace = pace}, .keeps_tables = true});
+                   graph,
+                   SessionOptions{.engine = {.measure_cpu = measure_cpu,
+                                             .pace = pace,
+                                             .without_dead_man = [=](const std::string&) { return no_dead_man; }},
+                                  .keeps_tables = true});
              });
            }),
-           py::arg("graph"), py::arg("pace") = 0.0, py::arg("measure_cpu") = false)
+           py::arg("graph"), py::arg("pace") = 0.0, py::arg("measure_cpu") = false, py::arg("no_dead_man") = false)
       .def("start", &SessionState::start)
       .def(
           "advance",

@@ -134,7 +134,7 @@ class Result:
 def run(graph: Union[Graph, Path], over: Union[Overlay, Iterable[Overlay]] = (), set: Mapping[str, Value] = {}, *,
         seed: Optional[int] = None, duration: Optional[Time] = None, out: Optional[Path] = None,
         overwrite: bool = False, taps: Iterable[str] = (), follow: bool = False, reference: Optional[Path] = None,
-        without_reference: bool = False) -> Result:
+        without_reference: bool = False, no_dead_man: bool = False) -> Result:
     """Runs a graph and its reference run, as `tactor run` does, in this process.
 
     `graph`, `over`, `set`, `seed` and `duration` are those of `load`. `out`: a folder for the files that the command
@@ -142,7 +142,8 @@ def run(graph: Union[Graph, Path], over: Union[Overlay, Iterable[Overlay]] = (),
     `taps`: outputs whose messages are in `Result.taps`; what makes them runs, though no sink or recording needs it.
     `follow`: with clock: real, a reference follows the run.
     `reference`: a recording that judges the run instead of a reference run. `without_reference`: neither, and no
-    metrics that need one.
+    metrics that need one. `no_dead_man`: hardware may give a force though no button stops it when a person lets go;
+    otherwise InputError is raised, unless the graph says `dead_man_button: 0`.
 
     Ctrl-C raises KeyboardInterrupt within about 0.1 s; live, within about 0.2 s, once the devices are at zero. Raises
     InputError before anything runs, and RunError where the run fails, with its `result` up to there.
@@ -150,7 +151,7 @@ def run(graph: Union[Graph, Path], over: Union[Overlay, Iterable[Overlay]] = (),
     made = as_graph(graph, over, set, seed, duration)
     finished = Result(_tactor.run(made._graph, out=None if out is None else os.fsencode(out), overwrite=overwrite,
                                   follow=follow, reference=None if reference is None else os.fsencode(reference),
-                                  without_reference=without_reference, taps=list(taps)))
+                                  without_reference=without_reference, no_dead_man=no_dead_man, taps=list(taps)))
     warn(finished.notes)
     if finished.failure is not None:
         error = RunError(finished.failure)

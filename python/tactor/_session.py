@@ -107,17 +107,18 @@ class Session:
 
     def __init__(self, graph: Union[Graph, Path], over: Union[Overlay, Iterable[Overlay]] = (),
                  set: Mapping[str, Value] = {}, *, seed: Optional[int] = None, duration: Optional[Time] = None,
-                 feeds: Iterable[str] = (), pace: float = 0.0) -> None:
+                 feeds: Iterable[str] = (), pace: float = 0.0, no_dead_man: bool = False) -> None:
         """Makes the nodes of a graph, or of a file with what is laid over it (see `load`).
 
         `feeds`: inputs that the program fills. `pace`: under the virtual clock, seconds of the run for a second of wall
-        time; 0: as fast as it goes.
+        time; 0: as fast as it goes. `no_dead_man`: hardware may give a force though no button stops it when a person
+        lets go; otherwise InputError is raised, unless the graph says `dead_man_button: 0`.
         """
         made = as_graph(graph, over, set, seed, duration)
         names = list(feeds)
         #: The graph that runs.
         self.graph: Graph = made.with_feeds(*names) if names else made
-        self._session = _tactor.Session(self.graph._graph, pace)
+        self._session = _tactor.Session(self.graph._graph, pace, no_dead_man=no_dead_man)
         warn(self._session.notes())
         if self._session.live:
             _live.add(self)
