@@ -23,14 +23,14 @@ void check_dead_man(const PlanNodes& nodes, const Ask& ask) {
     const NodeSpec& spec = plan.nodes[n];
     if (!lacks_dead_man(spec, nodes[n])) continue;
     names += (names.empty() ? "" : " and ") + spec.name + " (" + spec.info->type + ")";
-    refused.error(plan.graph.place_of("nodes." + spec.name),
+    refused.error(spec.place,
                   "nodes." + spec.name + ": expected a dead-man button, because " + spec.info->type +
                       " drives hardware, found none: no button stops its force when a person lets go; to do without "
                       "one, start with --no-dead-man (in Python no_dead_man=True), or write dead_man_button: 0");
   }
-  if (!refused.any() || (ask && ask("No button stops the force of " + names + " when you let go. Run all the same?")))
-    return;
-  refused.throw_if_any();
+  if (!refused.any()) return;
+  const bool accepted = ask && ask("No button stops the force of " + names + " when you let go. Run all the same?");
+  if (!accepted) refused.throw_if_any();
 }
 
 }  // namespace tactor

@@ -45,8 +45,9 @@ class TestDevice final : public HardwareDevice {
 };
 
 /// The device under test, in a scene that outlives it, for a run of this length.
-std::unique_ptr<Node> make_arm(const Scene& scene, const std::map<std::string, ParamValue>& given = {},
+std::unique_ptr<Node> make_arm(const Scene& scene, std::map<std::string, ParamValue> given = {},
                                Duration duration = {}) {
+  given.try_emplace("force_max", 8.0);  // N, more than the tests want
   const NodeInfo info = TestDevice::declare();
   NodeContext context;
   context.name = "arm";
@@ -124,6 +125,23 @@ class Bench {
 };
 
 }  // namespace
+
+BOOST_AUTO_TEST_CASE(hardware_is_given_little_force_and_a_dead_man_button_by_default) {
+  const NodeInfo info = TestDevice::declare();
+  const auto by_default = [&info](const char* name) { return info.params.at(info.param(name).value()).default_value; };
+  BOOST_TEST((by_default("force_max") == ParamValue(3.0)));
+  BOOST_TEST((by_default("torque_max") == ParamValue(0.1)));
+  BOOST_TEST((by_default("dead_man_button") == ParamValue(std::monostate{})));
+  LinkScript line;
+  script = &line;
+  const Scene scene;
+  // Nobody knows whether it has a button.
+  BOOST_TEST(dynamic_cast<TestDevice&>(*make_arm(scene)).lacks_dead_man());
+  for (const std::int64_t button : {0, 2}) {
+    const std::unique_ptr<Node> node = make_arm(scene, {{"dead_man_button", button}});
+    BOOST_TEST(!dynamic_cast<TestDevice&>(*node).lacks_dead_man());
+  }
+}
 
 BOOST_AUTO_TEST_CASE(the_handle_is_where_the_workspace_puts_it_and_its_force_goes_back) {
   Bench bench({{"workspace_scale", 2.0},

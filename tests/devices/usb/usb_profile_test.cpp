@@ -193,6 +193,7 @@ BOOST_AUTO_TEST_CASE(an_emulation_goes_through_its_text_and_back) {
   e.input.fields = {{"x", 0, FieldType::i32, ByteOrder::big}};
   e.output.fields = {{"f", 0, FieldType::i16, ByteOrder::little}};
   e.input.axes = {{0, 1e-6, 0.1}};
+  e.input.buttons = {{0, -1, 5000, ""}};
   e.output.axes = {{0, -250, 1000}};
   e.hand.times = {0, 1};
   e.hand.points = {{0, 0, 0.01}, {0, 0, 1.0 / 3}};
@@ -203,6 +204,8 @@ BOOST_AUTO_TEST_CASE(an_emulation_goes_through_its_text_and_back) {
   BOOST_TEST(read_emulation(to_text(e), back) == "");
   BOOST_TEST(to_text(back) == to_text(e));
   BOOST_TEST(back.hand.points[1].z == 1.0 / 3);
+  BOOST_REQUIRE(back.input.buttons.size() == 1U);
+  BOOST_TEST(back.input.buttons[0].above == 5000);
   BOOST_TEST(read_emulation("kind report\nnonsense 3\n", back) == "line 2: nonsense 3");
   BOOST_TEST(read_emulation("", back) == "no path");
 }
