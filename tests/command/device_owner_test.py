@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from harness import IS_SANITIZED, PATIENCE, ROOT, TACTOR, CommandTest, Terminal, needs_live, tactor
+from harness import IS_SANITIZED, PATIENCE, ROOT, TACTOR, CommandTest, Terminal, give_privileges_up, needs_live, tactor, without_privileges
 
 EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
 GRAPH = """clock: real
@@ -36,7 +36,7 @@ class Devices(CommandTest):
         return self.write(name, GRAPH % (duration, self.profile, address))
 
     def start(self, graph, out):
-        process = subprocess.Popen([TACTOR, "run", graph, "--out", self.folder / out], stdout=subprocess.PIPE,
+        process = subprocess.Popen([TACTOR, "run", graph, "--no-dead-man", "--out", self.folder / out], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True, env=dict(os.environ, **self.environment))
         self.addCleanup(lambda: process.poll() is None and process.kill())
         return process
@@ -53,12 +53,12 @@ class Devices(CommandTest):
         _, address = self.emulate_modbus(self.profile, *line, "--log", self.log)
         first = self.start(self.graph(address, "first.yaml"), "first")
         self.until_commanded(first)
-        second = tactor("run", self.graph(other_name(address), "second.yaml"), "--out", self.folder / "second",
+        second = tactor("run", self.graph(other_name(address), "second.yaml"), "--no-dead-man", "--out", self.folder / "second",
                         environment=self.environment)
         self.assertEqual(second.returncode, 1, second.stdout + second.stderr)
         self.assertEqual(second.stdout, "")
         # One line, which says who has it.
-        self.assertRegex(second.stderr, rf"\Atactor: node device failed at 0.000000 s: cannot be reached: .*in use by process {first.pid} "
+        self.assertRegex(without_privileges(second.stderr), rf"\Atactor: node device failed at 0.000000 s: cannot be reached: .*in use by process {first.pid} "
                                         rf"\({re.escape(TACTOR)} run .*first.yaml.*\).*\n\Z")
         # The first one has not noticed.
         first.send_signal(signal.SIGINT)
@@ -86,7 +86,7 @@ class Devices(CommandTest):
                 self.until_commanded(first)
                 first.kill()
                 first.communicate()
-                self.run_ok("run", self.graph(address, duration="0.3 s"), "--out", self.folder / ("second" + line[0]))
+                self.run_ok("run", self.graph(address, duration="0.3 s"), "--no-dead-man", "--out", self.folder / ("second" + line[0]))
 
     def test_a_device_that_is_not_there_is_told_in_one_line_within_two_seconds(self):
         for connect, why in (("tcp:127.0.0.1:9", "no connection: Connection refused"),
@@ -95,11 +95,11 @@ class Devices(CommandTest):
             with self.subTest(connect=connect):
                 began = time.monotonic()
                 out = self.folder / ("out_" + connect[4:9].replace("/", "_"))
-                result = tactor("run", self.graph(connect), "--out", out, environment=self.environment)
+                result = tactor("run", self.graph(connect), "--no-dead-man", "--out", out, environment=self.environment)
                 took = time.monotonic() - began
                 self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
                 self.assertEqual(result.stdout, "")
-                self.assertEqual(result.stderr, f"tactor: node device failed at 0.000000 s: cannot be reached: orca at {connect}, unit 1: {why}\n")
+                self.assertEqual(without_privileges(result.stderr), f"tactor: node device failed at 0.000000 s: cannot be reached: orca at {connect}, unit 1: {why}\n")
                 self.assertEqual([path.name for path in out.iterdir()], [".tactor.lock"])
                 if not IS_SANITIZED:
                     self.assertLess(took, 2)
@@ -108,9 +108,44 @@ class Devices(CommandTest):
         master, slave = pty.openpty()
         self.addCleanup(os.close, master)
         self.addCleanup(os.close, slave)
-        result = tactor("run", self.graph("rtu:" + os.ttyname(slave)), "--out", self.folder / "out", environment=self.environment)
+        result = tactor("run", self.graph("rtu:" + os.ttyname(slave)), "--no-dead-man", "--out", self.folder / "out", environment=self.environment)
         self.assertEqual(result.returncode, 1, result.stdout + result.stderr)
-        self.assertRegex(result.stderr, r"\Atactor: node device failed at 0.000000 s: cannot be reached: .* no whole answer within 400 ms .*\n\Z")
+        self.assertRegex(without_privileges(result.stderr), r"\Atactor: node device failed at 0.000000 s: cannot be reached: .* no whole answer within 400 ms .*\n\Z")
+
+    def test_a_run_without_a_dead_man_button_is_refused_where_nobody_can_be_asked(self):
+        graph = self.graph("tcp:127.0.0.1:9")
+        line = next(n for n, text in enumerate(graph.read_text().splitlines(), 1) if text.startswith("  device:"))
+        result = tactor("run", graph, "--out", self.folder / "out", environment=self.environment)
+        self.assertEqual((result.returncode, result.stdout), (2, ""), result.stderr)
+        self.assertRegex(result.stderr, rf"\A{graph}:{line}:3: nodes\.device: expected a dead-man button, because modbus\.actuator "
+                                        r"drives hardware, found none: .*--no-dead-man.*dead_man_button: 0\n\Z")
+        # A graph that says so itself goes on, up to the motor that is not there.
+        for more in ((), ("--set", "device.dead_man_button=0")):
+            result = tactor("run", graph, *(more or ("--no-dead-man",)), "--out", self.folder / "out", environment=self.environment)
+            self.assertEqual(result.returncode, 1, result.stderr)
+            self.assertIn("cannot be reached", result.stderr)
+
+    def test_a_person_at_the_terminal_is_asked_once_before_a_run_without_a_dead_man_button(self):
+        for answer, code, says in (("n", 2, "expected a dead-man button"), ("y", 1, "cannot be reached")):
+            with self.subTest(answer=answer):
+                terminal = Terminal("run", self.graph("tcp:127.0.0.1:9"), "--out", self.folder / answer)
+                terminal.expect("No button stops the force of device (modbus.actuator) when you let go. Run all the same? [y/N] ")
+                self.assertNotIn("cannot be reached", terminal.text)
+                terminal.type(answer + "\n")
+                self.assertEqual(terminal.finish(), code, terminal.text)
+                self.assertIn(says, terminal.text)
+                self.assertEqual(terminal.text.count("[y/N]"), 1)
+
+    def test_what_the_system_refuses_is_said_in_a_line_at_the_start(self):
+        _, address = self.emulate_modbus(self.profile, "--tcp", "0")
+        graph = self.graph(address, duration="0.3 s")
+        result = subprocess.run([TACTOR, "run", graph, "--no-dead-man", "--out", self.folder / "out"], capture_output=True, text=True,
+                                env=dict(os.environ, **self.environment), timeout=PATIENCE, check=False, preexec_fn=give_privileges_up)
+        self.assertEqual(result.returncode, 0, result.stderr)
+        lines = [line for line in result.stderr.splitlines() if line.startswith("tactor: the system refuses real-time privileges (")]
+        self.assertEqual(len(lines), 1, result.stderr)
+        self.assertRegex(lines[0], r"SCHED_FIFO.*: while other programs work, ticks come late by milliseconds; .*docs/howto/real_time\.md$")
+        self.assertIn("real time degraded", result.stdout)
 
     def trial(self):
         _, address = self.emulate_modbus(self.profile, "--tcp", "0", "--log", self.log)

@@ -104,7 +104,7 @@ class Emulated(CommandTest):
 
     @needs_live
     def test_the_brake_of_the_gate_pushes_no_harder_than_the_trial(self):
-        # The emulated hand is faster than this now and then, so that the gate brakes, by default with up to 8 N.
+        # The emulated hand is faster than this now and then, so that the gate brakes, by default with up to 3 N.
         limits = "stuck_after: 0, speed_max: 0.03 m/s, recovery_time: 10 ms, engage_time: 20 ms"
         self.assertEqual(set(self.forces_of_trial(limits, "1.5", text="n\n")), {0})
         self.assertLessEqual(max(map(abs, self.forces_of_trial(limits, "0.5", "--force", "0.5", "--yes"))), 0.5 + 1e-9)

@@ -1,5 +1,4 @@
 """Live runs in which something goes wrong: whatever it is, the force stays within its limits and comes down to zero."""
-import ctypes
 import fcntl
 import json
 import os
@@ -14,7 +13,7 @@ import termios
 import time
 import unittest
 
-from harness import GRAPHS, TACTOR, CachedTest, needs_meshes, needs_hdf5, needs_live, tactor
+from harness import GRAPHS, TACTOR, CachedTest, give_privileges_up, needs_meshes, needs_hdf5, needs_live, tactor
 
 try:
     import h5py
@@ -522,15 +521,6 @@ class VirtualClock(FaultRun):
         self.assertIn(f"writing the recording {self.out / 'recording.h5'} failed", stderr)
         self.assertIn("recording.h5", self.results("virtual")["failure"])
         self.assertGreater(len(Recording(self.out / "recording.h5").t), 100)
-
-
-def give_privileges_up():
-    """In the child: what real time needs is refused to it, whoever runs the test."""
-    prctl = ctypes.CDLL(None, use_errno=True).prctl
-    for capability in (14, 23, 24):  # CAP_IPC_LOCK, CAP_SYS_NICE, CAP_SYS_RESOURCE, from the bounding set
-        prctl(24, capability, 0, 0, 0)
-    resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
-    resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
 
 
 @needs_live

@@ -1,11 +1,13 @@
 """Runs the command in a folder of its own and reads what it leaves behind."""
 import contextlib
+import ctypes
 import functools
 import json
 import os
 import pathlib
 import pty
 import re
+import resource
 import select
 import shutil
 import signal
@@ -136,6 +138,20 @@ def tactor(*arguments, program=TACTOR, environment=None, cwd=None, timeout=LONGE
     env = dict(os.environ, **{"COLUMNS": "1000", **(environment or {})})
     return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, env=env, cwd=cwd,
                           timeout=timeout, check=False)
+
+
+def give_privileges_up():
+    """In the child: what real time needs is refused to it, whoever runs the test."""
+    prctl = ctypes.CDLL(None, use_errno=True).prctl
+    for capability in (14, 23, 24):  # CAP_IPC_LOCK, CAP_SYS_NICE, CAP_SYS_RESOURCE, from the bounding set
+        prctl(24, capability, 0, 0, 0)
+    resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+    resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536))
+
+
+def without_privileges(stderr):
+    """What was said, without the line on real-time privileges that a run with hardware begins with where the system refuses them."""
+    return re.sub(r"^tactor: the system refuses real-time privileges \(.*\n", "", stderr, flags=re.MULTILINE)
 
 
 def verbs(*before):

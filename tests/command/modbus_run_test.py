@@ -273,14 +273,14 @@ class ModbusRun(ModbusHarness):
         check = self.run_ok("check", graph)
         self.assertEqual(check.stderr.count(warning), 1, check.stderr)
         self.assertIn("an emergency stop", check.stderr)
-        run = tactor("run", graph, "--overwrite", "--out", self.out, environment=self.environment)
+        run = tactor("run", graph, "--no-dead-man", "--overwrite", "--out", self.out, environment=self.environment)
         self.assertEqual(run.stderr.count(warning), 1, run.stderr)
         # The other motor has one, and nothing is said.
         self.assertNotIn("watchdog", self.run_ok("check", self.graph("tcp:127.0.0.1:9")).stderr)
 
     def test_the_shipped_graph_runs_against_its_emulator(self):
         connect = self.emulate()
-        process = subprocess.Popen([TACTOR, "run", GRAPHS / "bunny/orca.yaml", "--overwrite", "--out", self.out, "--duration", "120",
+        process = subprocess.Popen([TACTOR, "run", GRAPHS / "bunny/orca.yaml", "--no-dead-man", "--overwrite", "--out", self.out, "--duration", "120",
                                     "--set", f"device.profile={self.profile}", "--set", f"device.connect={connect}",
                                     "--set", "device.link_timeout=2s", "--set", "device.stale_after=2s",
                                     "--set", "device.sample_age_max=4s"],

@@ -52,7 +52,7 @@ class PythonBesideHardware(ModbusHarness):
         self.log.unlink(missing_ok=True)
         self.new_results()
         graph = self.watched(self.emulate(line=line), act, duration)
-        process = subprocess.Popen([TACTOR, "run", graph, "--overwrite", "--out", self.out], stdin=subprocess.DEVNULL,
+        process = subprocess.Popen([TACTOR, "run", graph, "--no-dead-man", "--overwrite", "--out", self.out], stdin=subprocess.DEVNULL,
                                    stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                                    env=dict(os.environ, **self.environment))
         self.addCleanup(lambda: process.poll() is None and process.kill())
@@ -63,7 +63,7 @@ class PythonBesideHardware(ModbusHarness):
         checked = self.run_ok("check", graph)
         self.assertEqual(len(re.findall(WARNING, checked.stderr)), 1, checked.stderr)
         self.assertIn("docs/trust/safety.md", checked.stderr)
-        run = tactor("run", graph, "--overwrite", "--out", self.out, "--set", "device.connect_timeout=0.3s",
+        run = tactor("run", graph, "--no-dead-man", "--overwrite", "--out", self.out, "--set", "device.connect_timeout=0.3s",
                      environment=self.environment)
         self.assertEqual(len(re.findall(WARNING, run.stderr)), 1, run.stderr)
         # Neither without such a node, nor beside a device that is computed.
@@ -206,7 +206,7 @@ class PythonBesideHardware(ModbusHarness):
     def start_again(self):
         self.new_results()
         graph = self.graph(self.address, EASY)
-        process = subprocess.Popen([TACTOR, "run", graph, "--overwrite", "--out", self.out], stdout=subprocess.PIPE,
+        process = subprocess.Popen([TACTOR, "run", graph, "--no-dead-man", "--overwrite", "--out", self.out], stdout=subprocess.PIPE,
                                    stderr=subprocess.PIPE, text=True, env=dict(os.environ, **self.environment))
         self.addCleanup(lambda: process.poll() is None and process.kill())
         return process
