@@ -41,7 +41,7 @@ def run(folder, device, rest, seconds, before=()):
     """The metrics of the device loop in one live run; `before` is put in front of the command."""
     graph = folder / "device.yaml"
     graph.write_text(GRAPH.format(seconds=seconds, device=device, rest=rest))
-    done = subprocess.run([*before, BIN / "tactor", "run", graph, "--overwrite", "--out", folder / "out"], capture_output=True, text=True,
+    done = subprocess.run([*before, BIN / "tactor", "run", graph, "--no-dead-man", "--overwrite", "--out", folder / "out"], capture_output=True, text=True,
                           check=False)
     if done.returncode != 0:
         raise RuntimeError(done.stderr)

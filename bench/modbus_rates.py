@@ -54,7 +54,7 @@ def measure(tactor, folder, line, baud, rate, seconds, load):
         if load:
             stress = subprocess.Popen(["stress-ng", "--cpu", str(os.cpu_count()), "--timeout", f"{seconds + 10}s"],
                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        run = subprocess.run([tactor, "run", graph, "--overwrite", "--out", folder / "out"], capture_output=True, text=True, check=False)
+        run = subprocess.run([tactor, "run", graph, "--no-dead-man", "--overwrite", "--out", folder / "out"], capture_output=True, text=True, check=False)
         summary = json.loads((folder / "out/summary.json").read_text())
         if run.returncode != 0:
             print(run.stderr)

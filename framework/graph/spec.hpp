@@ -107,7 +107,8 @@ std::string graph_name(const std::filesystem::path& file);
 /// its node types. Throws GraphError with every error there is. Files that it names are looked for as FileFinder does.
 GraphSpec load_graph(const std::filesystem::path& file, Registry& registry, const Overrides& overrides = {});
 
-/// The graph with `extends` resolved and every parameter written out, as YAML that loads to the same graph.
+/// The graph with `extends` resolved and every parameter written out but those that a node chooses, as YAML that loads
+/// to the same graph.
 /// Files (meshes, data) are absolute paths.
 std::string to_yaml(const GraphSpec& spec);
 
