@@ -56,8 +56,7 @@ py::dict dict_of(const NodeInfo& info, const std::vector<ParamValue>& values) {
     made[info.params[i].name.c_str()] = std::visit(
         [](const auto& value) -> py::object {
           using T = std::decay_t<decltype(value)>;
-          if constexpr (std::is_same_v<T, Table> || std::is_same_v<T, Mapping> ||
-                        std::is_same_v<T, std::monostate>) {
+          if constexpr (std::is_same_v<T, Table> || std::is_same_v<T, Mapping> || std::is_same_v<T, std::monostate>) {
             TACTOR_DEMAND(!"a class declares no such parameter");
             return py::none();
           } else if constexpr (std::is_same_v<T, std::string>) {

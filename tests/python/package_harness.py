@@ -10,7 +10,7 @@ sys.path.insert(0, str(ROOT / "tests/command"))
 BUILD = pathlib.Path(os.environ.setdefault("TACTOR_BUILD", str(ROOT / "build/release")))
 sys.path.insert(0, str(BUILD / "python"))
 from harness import (EDGES_OF_A_SMALL_GRAPH, IS_SANITIZED, METRICS_OF_A_SMALL_GRAPH, SCAN_SCENE, SCANS,  # noqa: E402, F401
-                     CommandTest, needs_hdf5, needs_live, tactor as command)
+                     CommandTest, needs_devices, needs_hdf5, needs_live, tactor as command)
 
 if IS_SANITIZED:
     print("a Python that is not sanitized cannot load a library that is")

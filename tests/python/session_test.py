@@ -9,7 +9,7 @@ import unittest
 
 import numpy
 
-from package_harness import EDGES_OF_A_SMALL_GRAPH, WALL, PackageTest, needs_live, tactor
+from package_harness import EDGES_OF_A_SMALL_GRAPH, WALL, PackageTest, needs_devices, needs_live, tactor
 
 
 def resident_MB():
@@ -285,6 +285,21 @@ class Threads(PackageTest):
 
 
 LIVE = {"clock": "real", "live": {"on_missing_privilege": "warn", "on_stall": "recover"}}
+
+
+@needs_live
+@needs_devices
+class HardwareWithoutAButton(PackageTest):
+    def test_it_gives_a_force_only_where_the_program_or_the_graph_says_so(self):
+        graph = self.write("motor.yaml", "format: 2\nclock: real\nduration: 1 s\nscene: {bodies: {}}\nnodes:\n"
+                           "  device: {type: modbus.actuator, profile: iris_orca, connect: \"tcp:127.0.0.1:9\"}\n"
+                           "record: [device.state]\n")
+        for make in (tactor.Session, tactor.run):
+            self.assertRegex(self.refused(tactor.InputError, make, graph),
+                             r"motor\.yaml:6:3: nodes\.device: expected a dead-man button, .*no_dead_man=True")
+        # Nothing is opened before the start.
+        self.assertTrue(tactor.Session(graph, no_dead_man=True).live)
+        self.assertTrue(tactor.Session(graph, set={"device.dead_man_button": 0}).live)
 
 
 @needs_live
