@@ -6,22 +6,12 @@
 #include <limits>
 
 #include "framework/core/spatial.hpp"
+#include "framework/realtime/axis_values.hpp"
 
 namespace tactor {
 
-/// The most axes a device may have.
-inline constexpr int max_axes = 8;
-/// A value for each axis of a device, in the order of the device; those beyond its number of axes are zero.
-using AxisValues = std::array<double, max_axes>;
 /// The most values of the kind that `StatusInfo` describes.
 inline constexpr int max_status = 16;
-
-/// The same value for every axis.
-constexpr AxisValues every_axis(double value) {
-  AxisValues values{};
-  for (double& one : values) one = value;
-  return values;
-}
 
 /// What an axis of a device is for.
 enum class AxisRole : std::uint8_t {

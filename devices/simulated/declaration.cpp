@@ -3,6 +3,7 @@
 
 #include "devices/simulated/simulated.hpp"
 #include "framework/realtime/declare_device.hpp"
+#include "framework/realtime/declare_line.hpp"
 #include "framework/realtime/declare_velocity.hpp"
 
 namespace tactor {
@@ -301,6 +302,7 @@ NodeInfo SimulatedDevice::declare() {
              .max = 0.1,
              .in_reference = 0});
   declare_velocity(declaration);
+  declare_line(declaration);
   declare_translation(declaration);
   declare_rotation(declaration);
   declaration.real("sub_step", &Params::sub_step,

@@ -16,6 +16,8 @@ constexpr double max_path_samples = 2e6;
 /// A target older than this is not moved on along its velocity; the same in a reference run, whatever its rate.
 constexpr Duration longest_extrapolation{20'000'000};
 
+/// So long a command acts that is not renewed.
+constexpr int held_ticks = 2;
 /// A line of that many ticks takes more memory than it is worth.
 constexpr double max_line_ticks = 1e5;
 /// A hand behind a grip is a body of its own. Lighter bodies cost the exact step of a stiff grip its digits.
@@ -86,6 +88,28 @@ std::size_t line_ticks(const char* name, double delay, double rate) {
   return ticks;
 }
 
+/// A torque counts as a force at this lever, an angle as that much way.
+constexpr double lever = 0.05;  // m
+
+LineEnergyOptions line_energy_of(const SimulatedDevice::Params& params, const NodeContext& context) {
+  const Duration period = Duration::from_rate(params.rate);
+  const double step = params.encoder_step, angle = params.encoder_step_angle;
+  return {.axes = context.torque ? 6 : 3,
+          .lever = {1, 1, 1, lever, lever, lever, 1, 1},
+          .step = {step, step, step, angle, angle, angle},
+          .period = period,
+          .delay_out = period * static_cast<std::int64_t>(line_ticks("delay_out", params.delay_out, params.rate)),
+          .held = period * held_ticks,
+          .lets_go = true,
+          .acceleration = params.handle_acceleration,
+          .slew = params.force_slew,
+          .bounds = params.energy_bound};
+}
+
+AxisValues as_axes(const Wrench& wrench) {
+  return {wrench.force.x, wrench.force.y, wrench.force.z, wrench.torque.x, wrench.torque.y, wrench.torque.z};
+}
+
 void check_gripped(const char* grip, const char* name, const char* unit, bool has_grip, double found, double least) {
   if (!has_grip || found >= least) return;
   std::ostringstream text;
@@ -102,6 +126,10 @@ SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& contex
       params_(params),
       handle_(handle_of(params, context.torque)),
       encoder_(encoder_of(params, context)),
+      weight_W_(params.tool_weight && context.scene->tool() != nullptr
+                    ? context.scene->tool()->mass * context.scene->gravity_W
+                    : Vec3{}),
+      energy_(line_energy_of(params, context)),
       line_in_(line_ticks("delay_in", params.delay_in, params.rate)),
       line_out_(line_ticks("delay_out", params.delay_out, params.rate)) {
   if (params_.backlash > 0 && params_.mode_frequency <= 0) {
@@ -160,9 +188,9 @@ MotionState SimulatedDevice::followed_at(Time now) {
 /// A command holds for two ticks; after a third the motors have let go of it, and of what was on the line.
 std::optional<Time> SimulatedDevice::expiry(Time now) const {
   const bool acts = held_D_W_.force != Vec3{} || held_D_W_.torque != Vec3{};
-  constexpr double held_ticks = 2, late = 2.5;
+  constexpr double late = held_ticks + 0.5;
   if (!started_ || !acts || (now - last_).seconds() * params_.rate < late) return std::nullopt;
-  return last_ + Duration::from_seconds(held_ticks / params_.rate);
+  return last_ + Duration::from_rate(params_.rate) * held_ticks;
 }
 
 void SimulatedDevice::move_handle(Time now, const MotionState& to) {
@@ -209,24 +237,45 @@ ReadResult SimulatedDevice::read(Time now, DeviceSample& sample) noexcept {
     last_ = *expired;
     held_D_W_ = {};
     line_out_.fill({});
+    energy_.let_go(*expired);
   }
   move_handle(now, to);
   truth.send(now, to_message(motion_));
   motors.send(now, handle_.amplifier().output());
   if (handle_.amplifier().saturated()) ++saturated_ticks_;
-  const MotionState shown = encoder_.read(encoded_, now);
+  const Shown shown{encoder_.read(encoded_, now), now};
   // Before the first sample has come over the line, the handle is taken to have been where that one says.
   if (!started_) line_in_.fill(shown);
-  sample = {to_message(line_in_.pass(shown)), now};
+  const Shown came = line_in_.pass(shown);
+  if (observes_port()) count_energy(came);
+  sample = {to_message(came.motion), now};
   sample.expired = expired;
   started_ = true;
   last_ = now;
   return ReadResult::sample;
 }
 
-bool SimulatedDevice::write(Time, const Wrench& commanded_D_W) noexcept {
-  held_D_W_ = line_out_.pass(commanded_D_W);
+void SimulatedDevice::count_energy(const Shown& shown) {
+  if (rotates() && started_) {
+    turned_W_ += to_rotation_vector(shown.motion.X.R * inverse(counted_.motion.X.R));
+  }
+  counted_ = shown;
+  const Vec3& p = shown.motion.X.p;
+  energy_.take(shown.read, {p.x, p.y, p.z, turned_W_.x, turned_W_.y, turned_W_.z});
+}
+
+bool SimulatedDevice::write(Time now, const Wrench& commanded_D_W) noexcept {
+  Wrench given = commanded_D_W;
+  if (observes_port()) {
+    const AxisValues effort = energy_.give(now, as_axes(commanded_D_W), as_axes({weight_W_, {}}));
+    given = {{effort[0], effort[1], effort[2]}, {effort[3], effort[4], effort[5]}};
+  }
+  held_D_W_ = line_out_.pass(given);
   return true;
+}
+
+std::optional<LineTotals> SimulatedDevice::line_totals() const {
+  return observes_port() ? std::optional(energy_.totals()) : std::nullopt;
 }
 
 const char* SimulatedDevice::failure() const noexcept {

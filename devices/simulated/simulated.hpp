@@ -10,6 +10,7 @@
 #include "devices/simulated/response.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/node/info.hpp"
+#include "framework/realtime/declare_line.hpp"
 #include "framework/realtime/device_node.hpp"
 
 namespace tactor {
@@ -30,6 +31,9 @@ namespace tactor {
 /// A command that is not renewed for two ticks has expired, as it does on the line of a real device: the motors have
 /// zero from then on until the next tick, and what was on the line is gone.
 ///
+/// Its line counts the energy at the host's end, with what it knows of its own delays, and bounds it where the graph
+/// says `energy_bound` (see LineEnergy).
+///
 /// In a reference run the loop is not closed a second time: the handle goes along the path of the run under test, so
 /// that both runs are judged on one motion. The path is that of the handle, not of the motor side: it is what the hand
 /// feels. The reference's encoders are there too, without steps, noise and delay. What is judged is the commanded
@@ -38,7 +42,7 @@ namespace tactor {
 class SimulatedDevice final : public DeviceNode {
  public:
   enum class Loop { open, closed };
-  struct Params : DeviceParams, VelocityParams {
+  struct Params : DeviceParams, VelocityParams, LineParams {
     Loop loop = Loop::open;
     double encoder_step = 0;             ///< m
     double encoder_step_angle = 0;       ///< rad
@@ -88,6 +92,8 @@ class SimulatedDevice final : public DeviceNode {
   /// device.unkept_path_samples, ticks beyond the two million whose path is kept: a reference run does not know where
   /// the handle was then.
   void report(Report& report) const override;
+  /// Of the line, in closed loop.
+  [[nodiscard]] std::optional<LineTotals> line_totals() const;
 
   Input<Target> target;
   Output<DeviceState> truth;
@@ -106,6 +112,13 @@ class SimulatedDevice final : public DeviceNode {
     MotionState motion;
   };
 
+  /// What the encoders show, on its way over the line.
+  struct Shown {
+    MotionState motion;
+    Time read;
+  };
+  void count_energy(const Shown& shown);
+
   [[nodiscard]] MotionState target_at(Time now) const;
   [[nodiscard]] std::optional<Time> expiry(Time now) const;
   void move_handle(Time now, const MotionState& to);
@@ -115,13 +128,17 @@ class SimulatedDevice final : public DeviceNode {
   Params params_;
   Handle handle_;
   Encoder encoder_;
-  LineDelay<MotionState> line_in_;
+  Vec3 weight_W_;  // N, of the tool
+  LineEnergy energy_;
+  LineDelay<Shown> line_in_;
   LineDelay<Wrench> line_out_;
   bool started_ = false;
   Time last_;
   MotionState target_state_;     // of the last tick
   MotionState motion_;           // of the handle, true
   MotionState encoded_;          // of where the encoders are, true
+  Shown counted_;                // by the energy, newest
+  Vec3 turned_W_;                // rad, the small rotations of the handle so far, as the encoders show them
   Wrench held_D_W_;              // at the amplifiers since the last tick
   double energy_generated_ = 0;  // J, the largest that the motors had given
   std::uint64_t saturated_ticks_ = 0;

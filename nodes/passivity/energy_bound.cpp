@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "framework/math/energy_ramp.hpp"
+
 namespace tactor {
 
 NodeInfo EnergyBound::declare() {
@@ -65,9 +67,8 @@ Wrench EnergyBound::limit(const Wrench& wanted) const noexcept {
   const double given = ticks * size * std::max(0.0, along);
   // s given + s^2 ramp <= energy.
   const double ramp = ramp_down(wanted, along);
-  if (given + ramp <= energy) return wanted;
-  const double s = energy > 0 ? 2 * energy / (given + std::sqrt(given * given + 4 * ramp * energy)) : 0;
-  return s * wanted;
+  const double s = share_within(given, ramp, energy);
+  return s < 1 ? s * wanted : wanted;
 }
 
 }  // namespace tactor

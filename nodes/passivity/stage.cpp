@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "framework/core/segment.hpp"
+#include "framework/math/energy_ramp.hpp"
 
 namespace tactor {
 
@@ -27,21 +28,6 @@ PortEnergyOptions options_of(const StageParams& params, double damping, const No
           .weight_W = params.tool_weight ? weight_of_tool(*context.scene) : Vec3{},
           .lever = params.lever,
           .torque = context.torque};
-}
-
-/// What a ramp from `size` down by `step` a tick gives from its second tick on, where the first goes `along` m with it
-/// and each further one `more` farther: sum of (size - k step) max(0, along + k more) over k = 1, 2, ... as long as
-/// something is left. Between whole numbers of ticks it is their polynomial.
-double given_on_ramp(double size, double step, double along, double more) {
-  if (along < 0) {
-    // It comes down while the handle goes on against it.
-    if (!(size * more > -along * step)) return 0;
-    size += along / more * step;
-    along = 0;
-  }
-  const double ticks = size / step;
-  if (ticks <= 1) return 0;
-  return 0.5 * step * ticks * (ticks - 1) * (along + more * (ticks + 1) / 3);
 }
 
 bool same(const Wrench& a, const Wrench& b) {
