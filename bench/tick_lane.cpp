@@ -1,7 +1,6 @@
 #include "bench/tick_lane.hpp"
 
 #include <map>
-#include <numeric>
 #include <string>
 #include <thread>
 #include <vector>
@@ -27,7 +26,7 @@ struct DevicePlan {
     std::vector<ParamValue> values;
     for (const ParamInfo& param : info.params) values.push_back(param.default_value.value());
     values[info.rate_parameter.value()] = rate;
-    plan.nodes.push_back({"device", &info, std::move(values), {}, {}, {}});
+    plan.nodes.push_back({"device", &info, std::move(values), {}, {Lane::realtime, "", {}, {}, {}}, {}});
     for (std::size_t i = 0; i < info.inputs.size(); ++i) {
       PlannedEdge edge;
       edge.input = i;
@@ -46,11 +45,11 @@ void feed(RealtimeLane& lane, const DevicePlan& device, Instant origin, Duration
     const Stamp stamp{now, now, n};
     const double x = 1e-6 * static_cast<double>(n % 1000);
     const Target target{{{x, 0, 0}, {}}, {{1e-3, 0, 0}, {}}};
-    lane.put(device.edge_of.at("target"), stamp, &target);
+    lane[0].put(device.edge_of.at("target"), stamp, &target);
     if (n % feeds_a_segment == 0) {
       const ForceSegment segment{
           now, now + Duration{10'000'000}, {Wrench{{1, 2, 0}, {}}, Wrench{{0.1, 0, 0}, {}}, Wrench{}, Wrench{}}};
-      lane.put(device.edge_of.at("segment"), stamp, &segment);
+      lane[0].put(device.edge_of.at("segment"), stamp, &segment);
     }
     while (lane.take_tick()) {
     }
@@ -66,9 +65,7 @@ void run_lane(double rate, Duration duration, const ThreadSettings& settings, La
   for (const OutputInfo& output : device.info.outputs) {
     output.access(nodes[0]).set_wanted(output.name == "state" || output.name == "commanded" || output.name == "safety");
   }
-  std::vector<std::size_t> edges(device.plan.edges.size());
-  std::iota(edges.begin(), edges.end(), 0U);
-  RealtimeLane lane(nodes, 0, edges, settings);
+  RealtimeLane lane(nodes, find_chains(device.plan), 0, settings);
   lane.set_phase(Phase::running);
 
   const Instant origin = MonotonicClock::now() + Duration{10'000'000};

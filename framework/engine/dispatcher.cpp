@@ -13,13 +13,14 @@ bool Dispatcher::Later::operator()(const Event& a, const Event& b) const {
   return a_ticks != b_ticks ? a_ticks : a.count > b.count;
 }
 
-Dispatcher::Dispatcher(PlanNodes& nodes, std::vector<bool> external, ExternalInputs* inputs)
+Dispatcher::Dispatcher(PlanNodes& nodes, Chains chains, ExternalInputs* inputs)
     : nodes_(nodes), plan_(nodes.plan()), external_(inputs) {
-  external.resize(nodes.size(), false);
+  chains.of.resize(nodes.size());
+  chains.inner.resize(plan_.edges.size());
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     const NodeSpec& spec = plan_.nodes[n];
     NodeState state;
-    state.external = external[n] || spec.info->fed;
+    state.external = chains.of[n].has_value() || spec.info->fed;
     TACTOR_DEMAND(!state.external || external_ != nullptr || spec.info->inputs.empty());
     if (spec.info->rate_parameter) state.rate = std::get<double>(spec.params[*spec.info->rate_parameter]);
     for (const InputInfo& input : spec.info->inputs) state.inputs.push_back(&input.access(nodes_[n]));
@@ -32,6 +33,7 @@ Dispatcher::Dispatcher(PlanNodes& nodes, std::vector<bool> external, ExternalInp
     states_.push_back(std::move(state));
   }
   connect();
+  for (std::size_t e = 0; e < edges_.size(); ++e) edges_[e].is_inner = chains.inner[e];
   find_groups();
   find_awaited();
 }
@@ -340,7 +342,11 @@ void Dispatcher::publish(std::size_t node, std::size_t output, Time valid, const
   const Stamp stamp{valid, now_, state.sequence[output]++};
   for (Tap* tap : state.taps[output]) tap->put(stamp, payload);
   for (const std::size_t edge : state.edges_out[output]) {
-    deliver(edge, stamp, static_cast<const std::byte*>(payload));
+    if (edges_[edge].is_inner) {
+      count(edges_[edge], stamp);
+    } else {
+      deliver(edge, stamp, static_cast<const std::byte*>(payload));
+    }
   }
 }
 
@@ -360,8 +366,7 @@ void Dispatcher::arrive(std::size_t edge, const Stamp& stamp, const std::byte* p
   if (phase_ == Phase::stopping && state.to_sink) return;
   NodeState& reader = states_[planned.to];
   if (reader.external) {
-    ++state.delivered;
-    state.newest_produced = stamp.produced;
+    count(state, stamp);
     external_->on_arrival(edge, stamp, payload);
     return;
   }
@@ -381,6 +386,11 @@ void Dispatcher::arrive(std::size_t edge, const Stamp& stamp, const std::byte* p
   state.input->queue().push(stamp, payload);
   // A step under way sees what had arrived when it began.
   if (!reader.busy) admit(edge);
+}
+
+void Dispatcher::count(EdgeState& edge, const Stamp& stamp) {
+  ++edge.delivered;
+  edge.newest_produced = stamp.produced;
 }
 
 void Dispatcher::admit(std::size_t edge) {

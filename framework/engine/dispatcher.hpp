@@ -18,6 +18,7 @@
 #include "framework/engine/run_events.hpp"
 #include "framework/engine/run_statistics.hpp"
 #include "framework/engine/tap.hpp"
+#include "framework/graph/chains.hpp"
 
 namespace tactor {
 
@@ -41,9 +42,10 @@ class Dispatcher {
     Phase phase = Phase::running;
   };
 
-  /// Connects the nodes. `external[i]`: node i steps outside; what it sends comes by `publish`, and `inputs` gets what
-  /// is for it. All arguments must outlive the dispatcher.
-  explicit Dispatcher(PlanNodes& nodes, std::vector<bool> external = {}, ExternalInputs* inputs = nullptr);
+  /// Connects the nodes. The nodes of `chains` step outside; what they send comes by `publish`, and `inputs` gets what
+  /// is for them. On an inner edge that is only what they sent in `start`: after that their loop passes it on itself,
+  /// and `publish` counts it. `nodes` and `inputs` must outlive the dispatcher.
+  explicit Dispatcher(PlanNodes& nodes, Chains chains = {}, ExternalInputs* inputs = nullptr);
 
   /// The messages of an output from now on, as they become visible.
   void add_tap(std::size_t node, std::size_t output, Tap& tap);
@@ -102,6 +104,10 @@ class Dispatcher {
   /// The steps that have begun.
   [[nodiscard]] std::uint64_t steps(std::size_t node) const { return states_[node].steps; }
   [[nodiscard]] std::uint64_t missed_ticks(std::size_t node) const { return states_[node].missed_ticks; }
+  /// The messages that an output has sent.
+  [[nodiscard]] std::uint64_t sent(std::size_t node, std::size_t output) const {
+    return states_[node].sequence[output];
+  }
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;
   /// When the newest message that the reader of the edge sees became visible; none before the first.
   [[nodiscard]] std::optional<Time> newest_produced(std::size_t edge) const { return edges_[edge].newest_produced; }
@@ -138,6 +144,7 @@ class Dispatcher {
     InputBase* input;
     std::vector<Tap*> taps;
     bool to_sink = false;
+    bool is_inner = false;            // of a chain
     HeldMessages delayed;             // in order of arrival
     HeldMessages blocked;             // waiting for room in a `block` queue
     std::size_t unread_at_begin = 0;  // of the reader's input, when its step began
@@ -171,6 +178,8 @@ class Dispatcher {
   void find_wanted(NodeState& state, std::size_t output);
   void deliver(std::size_t edge, const Stamp& stamp, const std::byte* payload);
   void arrive(std::size_t edge, const Stamp& stamp, const std::byte* payload);
+  /// A message has reached a reader that steps outside.
+  static void count(EdgeState& edge, const Stamp& stamp);
   void admit(std::size_t edge);
   void flush_blocked(std::size_t reader);
 

@@ -42,13 +42,13 @@ struct NodeStatus {
   bool stalled = false;  ///< live: its step has not come back for longer than the graph's stall_timeout
 };
 
-/// A node in the real-time lane.
+/// A node in the real-time lane. What nodes of one loop share is the same for each: all but `body_*` and `end_to_end`.
 struct DeviceStatus {
   std::size_t node = 0;  ///< index into the plan
   std::uint64_t ticks = 0;
   std::uint64_t missed = 0;
   LatencyStatistics wake_latency;  ///< wake-up minus deadline
-  LatencyStatistics body_time;     ///< of one tick: read, evaluate, gate, write, hand on
+  LatencyStatistics body_time;     ///< the node's part of one tick: read, evaluate, gate, write, hand on
   Duration body_sum;
   LatencyStatistics end_to_end;             ///< device sample to the first commanded force that was made from it
   std::optional<std::uint64_t> heap_calls;  ///< in the loop, after its warm-up; none where they cannot be counted

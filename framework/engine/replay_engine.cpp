@@ -20,23 +20,18 @@ std::vector<CostModel> costs_of(const Plan& plan, const RunLog& log) {
   return costs;
 }
 
-std::vector<bool> lanes_of(const Plan& plan) {
-  std::vector<bool> external;
-  for (const NodeSpec& node : plan.nodes) external.push_back(node.scheduling.lane == Lane::realtime);
-  return external;
-}
-
 }  // namespace
 
 ReplayEngine::ReplayEngine(const Plan& plan, const RunLog& log, const EngineOptions& options)
-    : VirtualEngine(plan, options, costs_of(plan, log), lanes_of(plan), this),
+    : VirtualEngine(plan, options, costs_of(plan, log), find_chains(plan), this),
       log_(log),
+      chains_(find_chains(plan)),
       lanes_(plan.nodes.size()),
       tunings_(plan.nodes.size()),
       tuned_(plan.nodes.size(), 0) {
   using Kind = Event::Kind;
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    if (plan.nodes[n].scheduling.lane == Lane::realtime) lanes_[n].emplace(nodes(), n, dispatcher().edges_into(n));
+    if (chains_.of[n]) lanes_[n].emplace(nodes(), n, chains_.inner);
   }
   for (const PlannedEdge& edge : plan.edges) {
     held_.emplace_back(*plan.nodes[edge.to].info->inputs[edge.input].type);
@@ -54,8 +49,17 @@ ReplayEngine::ReplayEngine(const Plan& plan, const RunLog& log, const EngineOpti
   std::stable_sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.time < b.time; });
 }
 
+void ReplayEngine::start() {
+  VirtualEngine::start();
+  for (auto& lane : lanes_) {
+    if (lane) lane->count_from(dispatcher());
+  }
+}
+
 void ReplayEngine::on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) {
-  held_[edge].push(stamp, payload);
+  if (!chains_.inner[edge]) return held_[edge].push(stamp, payload);
+  const PlannedEdge& planned = plan_.edges[edge];
+  plan_.nodes[planned.to].info->inputs[planned.input].access(nodes()[planned.to]).queue().push(stamp, payload);
 }
 
 void ReplayEngine::advance_to(Time t) {
@@ -90,6 +94,15 @@ void ReplayEngine::make(const Event& event) {
   }
 }
 
+void ReplayEngine::check_seen(std::size_t edge, const RunLog::Tick& tick, std::uint64_t seen,
+                              const MessageView& newest) const {
+  if (seen == (newest ? newest.stamp->sequence + 1 : 0)) return;
+  throw InputError("the recording cannot be replayed: at " + std::to_string(tick.deadline.seconds()) + " s, edge " +
+                   plan_.edges[edge].spec.name() +
+                   " had another message; the recording has lost ticks, or comes from a version of tactor in which " +
+                   plan_.nodes[plan_.edges[edge].to].name + " had a loop of its own");
+}
+
 void ReplayEngine::tick(const RunLog::Tick& tick) {
   const auto node = static_cast<std::size_t>(tick.event.node);
   LaneTick& lane = *lanes_[node];
@@ -100,10 +113,12 @@ void ReplayEngine::tick(const RunLog::Tick& tick) {
   lane.make(
       context,
       [&](std::size_t i, EdgeQueue& queue) {
-        HeldMessages& held = held_[lane.edges()[i]];
+        const std::size_t edge = lane.edges()[i];
+        HeldMessages& held = held_[edge];
         for (; !held.empty() && held.stamp().sequence < tick.event.seen[i]; held.pop())
           queue.push(held.stamp(), held.value());
         queue.admit();
+        if (chains_.inner[edge]) check_seen(edge, tick, tick.event.seen[i], queue.newest());
       },
       [&](std::size_t output, Time valid, const void* value) { dispatcher().publish(node, output, valid, value); });
   dispatcher().tell_tick(tick.deadline, tick.told, tick.event);

@@ -49,6 +49,7 @@ class ReplayEngine final : private ExternalInputs, public VirtualEngine {
   /// `plan` without costs is that of the live run; it and the log must outlive the engine.
   ReplayEngine(const Plan& plan, const RunLog& log, const EngineOptions& options = {});
 
+  void start() override;
   void advance_to(Time t) override;
 
  protected:
@@ -69,7 +70,11 @@ class ReplayEngine final : private ExternalInputs, public VirtualEngine {
   void make(const Event& event);
   void tick(const RunLog::Tick& tick);
 
+  /// Throws InputError where the newest message on an inner edge is not the one that the tick saw live.
+  void check_seen(std::size_t edge, const RunLog::Tick& tick, std::uint64_t seen, const MessageView& newest) const;
+
   const RunLog& log_;
+  const Chains chains_;
   std::vector<std::optional<LaneTick>> lanes_;  // by node; none outside of the real-time lane
   std::vector<Event> events_;
   std::size_t next_ = 0;

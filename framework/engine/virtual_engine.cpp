@@ -31,13 +31,13 @@ VirtualEngine::VirtualEngine(const Plan& plan, const EngineOptions& options)
     : VirtualEngine(plan, options, costs_of(plan), {}, nullptr) {}
 
 VirtualEngine::VirtualEngine(const Plan& plan, const EngineOptions& options, const std::vector<CostModel>& costs,
-                             std::vector<bool> external, ExternalInputs* lanes)
+                             Chains chains, ExternalInputs* lanes)
     : plan_(plan),
       options_(options),
       // A log tells what was set when its run is made again.
       serves_(lanes == nullptr && has_requests(plan)),
       nodes_(plan, options.meter),
-      dispatcher_(nodes_, std::move(external), lanes),
+      dispatcher_(nodes_, std::move(chains), lanes),
       node_statistics_(plan.nodes.size()),
       step_times_(plan.nodes.size()) {
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {

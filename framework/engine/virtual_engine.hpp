@@ -51,10 +51,10 @@ class VirtualEngine : public Engine {
   [[nodiscard]] Duration cpu_time() const override;
 
  protected:
-  /// For a run that is made again: `costs` of the nodes stand for those of the plan, and `lanes` steps the nodes that
-  /// are `external`.
-  VirtualEngine(const Plan& plan, const EngineOptions& options, const std::vector<CostModel>& costs,
-                std::vector<bool> external, ExternalInputs* lanes);
+  /// For a run that is made again: `costs` of the nodes stand for those of the plan, and `lanes` steps the nodes of
+  /// `chains`.
+  VirtualEngine(const Plan& plan, const EngineOptions& options, const std::vector<CostModel>& costs, Chains chains,
+                ExternalInputs* lanes);
 
   [[nodiscard]] virtual Time end() const { return Time{} + plan_.graph.duration; }
 

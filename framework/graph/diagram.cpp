@@ -1,3 +1,4 @@
+#include "framework/graph/chains.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/texts.hpp"
 
@@ -24,6 +25,12 @@ std::string mermaid(const Plan& plan) {
     text += "  n" + std::to_string(edge.from) + (edge.triggers ? " -->" : " -.->") + "|\"" + edge_label(edge, "<br/>") +
             "\"| n" + std::to_string(edge.to) + "\n";
   }
+  const auto loops = shared_loops(plan);
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    text += "  subgraph loop" + std::to_string(i) + "[\"one loop\"]\n";
+    for (const std::size_t n : loops[i]) text += "    n" + std::to_string(n) + "\n";
+    text += "  end\n";
+  }
   return text;
 }
 
@@ -35,6 +42,12 @@ std::string dot(const Plan& plan) {
   for (const PlannedEdge& edge : plan.edges) {
     text += "  \"" + edge.spec.from_node + "\" -> \"" + edge.spec.to_node + "\" [label=\"" + edge_label(edge, "\\n") +
             "\"" + (edge.triggers ? "" : ", style=dashed") + "];\n";
+  }
+  const auto loops = shared_loops(plan);
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    text += "  subgraph \"cluster_" + std::to_string(i) + "\" {\n    label=\"one loop\";\n";
+    for (const std::size_t n : loops[i]) text += "    \"" + plan.nodes[n].name + "\";\n";
+    text += "  }\n";
   }
   return text + "}\n";
 }

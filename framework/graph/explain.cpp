@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "framework/graph/chains.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/texts.hpp"
@@ -58,6 +59,9 @@ std::string explain(const Plan& plan, std::size_t columns) {
   }
   text += "\n";
   if (graph.clock == Clock::real) text += live_text(graph.live) + "\n";
+  for (const auto& nodes : shared_loops(plan)) {
+    text += "in one real-time loop, stepping in this order: " + node_names(plan, nodes) + "\n";
+  }
   const auto has_cost = [](const NodeSpec& node) { return node.cost.kind != CostModel::Kind::none; };
   if (graph.clock == Clock::real && !graph.live.impose_cost &&
       std::any_of(plan.nodes.begin(), plan.nodes.end(), has_cost)) {

@@ -79,6 +79,7 @@ LanePlan plan_lanes(const Plan& plan, int cores, const std::vector<int>& usable,
       }
     }
   }
+  result.chains = find_chains(plan);
   int& workers = result.lanes[0].workers;
   if (workers == 0) workers = std::clamp(in_pool, 1, static_cast<int>(usable.size()));
   return result;

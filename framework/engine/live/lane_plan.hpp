@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "framework/core/scheduling.hpp"
+#include "framework/graph/chains.hpp"
 #include "framework/graph/plan.hpp"
 
 namespace tactor {
@@ -22,7 +23,8 @@ struct LaneSpec {
 struct LanePlan {
   std::vector<LaneSpec> lanes;                          ///< the first is the pool
   std::vector<std::size_t> lane_of;                     ///< by node: index into `lanes`; of no meaning in `realtime`
-  std::vector<std::optional<ThreadSettings>> realtime;  ///< by node: the settings of its loop, where it has one
+  std::vector<std::optional<ThreadSettings>> realtime;  ///< by node: the settings of its loop, where it steps in one
+  Chains chains;                                        ///< the nodes of each loop
 };
 
 /// The pool has as many workers as the graph says, or one a node, at most one a core. Each thread lane has one. A node

@@ -53,30 +53,25 @@ void LiveEngine::with_dispatcher(const std::function<void(Dispatcher&)>& work) {
 
 void LiveEngine::start() {
   dispatcher_->start();
+  for (const auto& loop : loops_) loop->count_from(*dispatcher_);
   try {
     make_actors();
     start_threads();
   } catch (...) {
     // Nothing has moved: no step has been made, so every device is disengaged.
-    for (const auto& loop : loops_) {
-      if (loop) static_cast<void>(loop->stop(longest_step_at_end));
-    }
+    for (const auto& loop : loops_) static_cast<void>(loop->stop(longest_step_at_end));
     end_threads();
     throw;
   }
 }
 
 void LiveEngine::make_lanes() {
-  std::vector<bool> external;
-  for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    external.push_back(lanes_.realtime[n].has_value());
-    loops_.push_back(nullptr);
-  }
+  const Chains& chains = lanes_.chains;
   ExternalInputs* const lanes = this;
-  dispatcher_ = std::make_unique<Dispatcher>(nodes_, external, lanes);
-  for (std::size_t n = 0; n < nodes_.size(); ++n) {
-    if (!lanes_.realtime[n]) continue;
-    loops_[n] = std::make_unique<RealtimeLane>(nodes_, n, dispatcher_->edges_into(n), *lanes_.realtime[n]);
+  dispatcher_ = std::make_unique<Dispatcher>(nodes_, chains, lanes);
+  for (std::size_t c = 0; c < chains.nodes.size(); ++c) {
+    const ThreadSettings& settings = lanes_.realtime[chains.nodes[c].front()].value();
+    loops_.push_back(std::make_unique<RealtimeLane>(nodes_, chains, c, settings));
   }
 }
 
@@ -99,9 +94,7 @@ void LiveEngine::granted(const ThreadGrant& grant) {
 
 void LiveEngine::start_threads() {
   origin_ = MonotonicClock::now() + head_start;
-  for (const auto& loop : loops_) {
-    if (loop) granted(loop->start(origin_));
-  }
+  for (const auto& loop : loops_) granted(loop->start(origin_));
   // Last, because it lets the first steps begin.
   timer_.thread = make_thread("timer", [this] { keep_time(); });
 }
@@ -109,13 +102,12 @@ void LiveEngine::start_threads() {
 // Steps.
 
 void LiveEngine::on_arrival(std::size_t edge, const Stamp& stamp, const void* payload) {
-  loops_[plan_.edges[edge].to]->put(edge, stamp, payload);
+  const std::size_t reader = plan_.edges[edge].to;
+  (*loop_of(reader))[reader].put(edge, stamp, payload);
 }
 
 void LiveEngine::on_phase(Phase phase) {
-  for (const auto& loop : loops_) {
-    if (loop) loop->set_phase(phase);
-  }
+  for (const auto& loop : loops_) loop->set_phase(phase);
 }
 
 void LiveEngine::catch_up(Time t) {
@@ -222,9 +214,10 @@ void LiveEngine::set(std::size_t node, std::shared_ptr<const void> params, const
   if (timer_.ended) return;
   const Time now = next_instant();
   catch_up(now);
-  if (!loops_[node]) {
+  RealtimeLane* const loop = loop_of(node);
+  if (loop == nullptr) {
     steps_[node].tuned.push_back(std::move(params));
-  } else if (!loops_[node]->tune(std::move(params))) {
+  } else if (!(*loop)[node].tune(std::move(params))) {
     throw RunError("node " + plan_.nodes[node].name + " is given parameters faster than it ticks");
   }
   dispatcher_->tell_set(now, event);
@@ -233,7 +226,7 @@ void LiveEngine::set(std::size_t node, std::shared_ptr<const void> params, const
 
 bool LiveEngine::is_set(std::size_t node) {
   const std::scoped_lock lock(mutex_);
-  if (loops_[node]) return loops_[node]->is_tuned();
+  if (RealtimeLane* const loop = loop_of(node)) return (*loop)[node].is_tuned();
   // A node at rest takes them with its next step, whenever that is.
   return steps_[node].to_tune.empty() && (steps_[node].tuned.empty() || !dispatcher_->busy(node));
 }
@@ -291,25 +284,23 @@ void LiveEngine::keep_time() {
 
 void LiveEngine::drain_loops() {
   for (const auto& loop : loops_) {
-    if (!loop) continue;
     while (loop->take_tick()) publish_tick(*loop);
   }
 }
 
 void LiveEngine::publish_tick(RealtimeLane& loop) {
-  // All that a tick sent becomes visible at one instant, so that a replay knows what came before it and what after.
+  // All that it sent becomes visible at one instant, so that a replay knows what came before it and what after.
   const Time now = next_instant();
   catch_up(now);
-  for (const RealtimeLane::Out& out : loop.sent()) dispatcher_->publish(loop.node(), out.port, out.valid, out.payload);
+  for (const RealtimeLane::Out& out : loop.sent()) dispatcher_->publish(out.node, out.port, out.valid, out.payload);
   dispatcher_->tell_tick(loop.deadline(), now, loop.event());
-  dispatcher_->passed(loop.node(), loop.deadline());
+  dispatcher_->passed(static_cast<std::size_t>(loop.event().node), loop.deadline());
   steps_.begin_ready(*dispatcher_);
 }
 
 Time LiveEngine::next_look(Time now) const {
   Time look = now + watch_period;
   for (const auto& loop : loops_) {
-    if (!loop) continue;
     const std::int64_t due = loop->schedule().last_due(now);
     const LoopStatistics& metrics = loop->loop().metrics();
     const Time next_tick = loop->schedule().deadline(due + 1);

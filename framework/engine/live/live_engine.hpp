@@ -1,4 +1,4 @@
-// The live engine: a run of a Plan in real time, one CAF actor a node, devices in loops of their own.
+// The live engine: a run of a Plan in real time, one CAF actor a node, devices in loops beside them.
 #pragma once
 
 #include <mutex>
@@ -91,8 +91,14 @@ class LiveEngine final : public Engine, private ExternalInputs {
   void catch_up(Time t);
   void handle_events_before(Time t);
   void begin_stop(bool failed);
+  /// The loop that steps a node; null outside of the real-time lane.
+  [[nodiscard]] RealtimeLane* loop_of(std::size_t node) const {
+    return lanes_.chains.of[node] ? loops_[*lanes_.chains.of[node]].get() : nullptr;
+  }
+  /// `; it shares its loop with device`, of a node of a chain; else empty.
+  [[nodiscard]] std::string shared_text(std::size_t node) const;
   void drain_loops();
-  /// What a tick of a loop sent becomes visible.
+  /// What a tick of a node in a loop sent becomes visible.
   void publish_tick(RealtimeLane& loop);
   [[nodiscard]] Time next_look(Time now) const;
   void fail(const std::string& why);
@@ -134,8 +140,7 @@ class LiveEngine final : public Engine, private ExternalInputs {
   StallWatch stalls_;
   std::vector<std::string> missing_;
 
-  // By node, null outside of the real-time lane. They refer to lists of dispatcher_, so they end before it.
-  std::vector<std::unique_ptr<RealtimeLane>> loops_;
+  std::vector<std::unique_ptr<RealtimeLane>> loops_;  // by chain
 
   Instant origin_;
   std::optional<MemoryLock> memory_;

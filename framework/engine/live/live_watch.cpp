@@ -92,8 +92,10 @@ void LiveEngine::look_for_stalls() {
   stalls_.begin(now);
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     if (steps_[n].failed) continue;
-    if (loops_[n]) look_for_failure(n);
-    const bool idle = loops_[n] ? !loops_[n]->loop().running() : !dispatcher_->busy(n) || steps_.is_held(n);
+    const RealtimeLane* const loop = loop_of(n);
+    if (loop != nullptr) look_for_failure(n);
+    const bool idle =
+        loop != nullptr ? !loop->loop().running() || loop->stepping() != n : !dispatcher_->busy(n) || steps_.is_held(n);
     const StallWatch::Node& watched = stalls_.look(n, steps_ended(n), idle);
     if (watched.stalled && plan_.graph.live.on_stall == OnStall::stop) {
       // To the period of the looks, which is all that is known.
@@ -101,20 +103,27 @@ void LiveEngine::look_for_stalls() {
       fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: its step, begun " +
            rounded(watched.moved - Time{}) + " after the start of the run, has not come back for " +
            rounded(now - watched.moved) + "; live.stall_timeout of the graph is " +
-           duration_text(plan_.graph.live.stall_timeout));
+           duration_text(plan_.graph.live.stall_timeout) + shared_text(n));
     }
   }
 }
 
 void LiveEngine::look_for_failure(std::size_t node) {
-  const std::exception_ptr thrown = loops_[node]->loop().failure();
+  const std::exception_ptr thrown = loop_of(node)->failure(node);
   if (!thrown) return;
   steps_[node].failed = true;
   try {
     std::rethrow_exception(thrown);
   } catch (const std::exception& e) {
-    fail(e.what());
+    fail(e.what() + shared_text(node));
   }
+}
+
+std::string LiveEngine::shared_text(std::size_t node) const {
+  if (!lanes_.chains.of[node]) return {};
+  std::vector<std::size_t> others = lanes_.chains.nodes[*lanes_.chains.of[node]];
+  std::erase(others, node);
+  return others.empty() ? "" : "; it shares its loop with " + node_names(plan_, others);
 }
 
 EngineStatus LiveEngine::counters() const {
@@ -124,16 +133,17 @@ EngineStatus LiveEngine::counters() const {
   s.missing = missing_;
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     s.nodes[n].stalled = stalls_.stalled(n);
-    if (!loops_[n]) continue;
-    const LoopStatistics& metrics = loops_[n]->loop().metrics();
+    const RealtimeLane* const loop = loop_of(n);
+    if (loop == nullptr) continue;
+    const LoopStatistics& metrics = loop->loop().metrics();
     DeviceStatus device;
     device.node = n;
     device.ticks = static_cast<std::uint64_t>(metrics.ended.value());
     device.missed = static_cast<std::uint64_t>(metrics.missed.value());
-    device.body_sum = Duration{metrics.body_ns.value()};
+    device.body_sum = (*loop)[n].body_sum();
     if (heap_calls_are_counted()) device.heap_calls = static_cast<std::uint64_t>(metrics.heap_calls.value());
     device.page_faults = static_cast<std::uint64_t>(metrics.page_faults.value());
-    device.dropped = loops_[n]->dropped_out();
+    device.dropped = loop->dropped_out();
     s.nodes[n].steps = device.ticks;
     s.nodes[n].missed_ticks = device.missed;
     s.devices.push_back(device);
@@ -143,30 +153,33 @@ EngineStatus LiveEngine::counters() const {
 
 void LiveEngine::add_latencies(EngineStatus& s, bool whole) const {
   for (DeviceStatus& device : s.devices) {
-    const RealtimeLane& loop = *loops_[device.node];
+    const RealtimeLane& loop = *loop_of(device.node);
+    const LaneNode& node = loop[device.node];
     device.wake_latency = metrics_of(loop.loop().metrics().wake_latency, whole);
-    device.body_time = metrics_of(loop.loop().metrics().body_time, whole);
-    device.end_to_end = metrics_of(loop.end_to_end(), whole);
+    device.body_time = metrics_of(node.body_time(), whole);
+    device.end_to_end = metrics_of(node.end_to_end(), whole);
   }
   for (std::size_t e = 0; e < plan_.edges.size(); ++e) {
-    const auto& loop = loops_[plan_.edges[e].to];
-    s.edges[e].age = metrics_of(loop ? *loop->age(e) : *age_[e], whole);
+    const std::size_t reader = plan_.edges[e].to;
+    const RealtimeLane* const loop = loop_of(reader);
+    s.edges[e].age = metrics_of(loop != nullptr ? *(*loop)[reader].age(e) : *age_[e], whole);
   }
 }
 
 // Ending.
 
 std::int64_t LiveEngine::steps_ended(std::size_t node) const {
-  const auto& loop = loops_[node];
-  return loop ? loop->loop().metrics().ended.value()
-              : static_cast<std::int64_t>(dispatcher_->steps(node)) - (dispatcher_->busy(node) ? 1 : 0);
+  const RealtimeLane* const loop = loop_of(node);
+  return loop != nullptr ? loop->loop().metrics().ended.value()
+                         : static_cast<std::int64_t>(dispatcher_->steps(node)) - (dispatcher_->busy(node) ? 1 : 0);
 }
 
 std::vector<std::size_t> LiveEngine::devices_not_at_rest() const {
   std::vector<std::size_t> devices;
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     if (!plan_.nodes[n].info->actuator || steps_[n].failed) continue;
-    if (!(loops_[n] ? loops_[n]->at_rest() : steps_[n].at_rest)) devices.push_back(n);
+    const RealtimeLane* const loop = loop_of(n);
+    if (!(loop != nullptr ? (*loop)[n].at_rest() : steps_[n].at_rest)) devices.push_back(n);
   }
   return devices;
 }
@@ -193,10 +206,11 @@ void LiveEngine::finish(const Attendance& attendance) {
     return moving.empty() || clock() - ticked > longest_without_tick;
   });
   for (const auto& loop : loops_) {
-    if (!loop || loop->stop(longest_step_at_end)) continue;
+    if (loop->stop(longest_step_at_end)) continue;
     abandoned_ = true;
     const std::scoped_lock lock(mutex_);
-    fail("device node " + plan_.nodes[loop->node()].name + " does not come back from its step");
+    const std::size_t n = loop->stepping();
+    fail("device node " + plan_.nodes[n].name + " does not come back from its step" + shared_text(n));
   }
   attend_until(attendance, longest_step_at_end, [this] {
     const std::scoped_lock lock(mutex_);
