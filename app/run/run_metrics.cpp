@@ -29,7 +29,8 @@ std::vector<MetricInfo> make_lane_metrics() {
       {"device.missed", "1", "ticks that were skipped because an earlier one took too long", Better::lower},
   };
   add_latency(metrics, "device.wakeup_us", "wake-up of the loop after its deadline", true, "");
-  add_latency(metrics, "device.body_us", "time that a tick takes", false, "");
+  add_latency(metrics, "device.body_us", "time that a tick takes, of several nodes in one loop this one's part", false,
+              "");
   metrics.push_back({"device.allocations", "1", "calls of the heap in the loop after its warm-up", Better::lower, false,
                      "calls of the heap cannot be counted"});
   metrics.push_back({"device.page_faults", "1", "page faults in the loop", Better::lower});

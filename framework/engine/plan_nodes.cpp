@@ -70,6 +70,7 @@ NodeContext context_of(const GraphSpec& graph, const NodeSpec& spec, const HandP
   context.torque = graph.scene.rotates();
   context.seed = derive_seed(graph.seed, spec.name);
   context.duration = graph.duration;
+  context.in_loop = graph.clock == Clock::real && spec.scheduling.lane == Lane::realtime;
   context.hand = hand;
   context.notes = notes;
   return context;

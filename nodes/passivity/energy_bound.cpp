@@ -38,7 +38,10 @@ NodeInfo EnergyBound::declare() {
 }
 
 EnergyBound::EnergyBound(const Params& params, const NodeContext& context)
-    : PassivityStage(params, context, params.device_damping), name_(context.name), bound_share_(params.bound_share) {}
+    : PassivityStage(params, context, params.device_damping),
+      name_(context.name),
+      in_loop_(context.in_loop),
+      bound_share_(params.bound_share) {}
 
 void EnergyBound::report(Report& report) const {
   if (most_seen_ahead() <= ahead_foreseen && most_held() <= held_foreseen) return;
@@ -62,8 +65,8 @@ Wrench EnergyBound::limit(const Wrench& wanted) const noexcept {
   const double energy = std::max(0.0, energy_then(foretold) + bound_share_ * port().strict_bound());
   // m, the most that a tick may go with the wrench.
   const double along = work(wanted, foretold.along) / size + farther(foretold, ahead());
-  // Where states come late, a tick may be missed too: then the wrench is held for two.
-  const int ticks = ahead() > 1 ? held_foreseen : 1;
+  // A loop may miss a tick, and where states come late one may be missed too: then the wrench is held for two.
+  const int ticks = in_loop_ || ahead() > 1 ? held_foreseen : 1;
   const double given = ticks * size * std::max(0.0, along);
   // s given + s^2 ramp <= energy.
   const double ramp = ramp_down(wanted, along);

@@ -22,10 +22,11 @@ class EnergyBound final : public PassivityStage {
  private:
   [[nodiscard]] Wrench limit(const Wrench& wanted) const noexcept override;
 
-  /// What is foreseen of a lane: one tick of the device missed, and one of the stage.
+  /// What is foreseen live: in one loop with the device a missed tick, in a loop of its own one of each.
   static constexpr int ahead_foreseen = 3, held_foreseen = 2;
 
   std::string name_;
+  const bool in_loop_;
   double bound_share_;
 };
 

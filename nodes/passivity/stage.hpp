@@ -225,8 +225,8 @@ void declare_stage(Declare<N>& node) {
       .metric("passivity.change_rms_N", "N", "RMS of what was changed of the force, over all steps", Better::lower,
               &PassivityStage::change_rms)
       .metric("passivity.ahead_most", "1",
-              "most ticks from the newest state of the device to the command decided on: 1 under the virtual clock, 2 "
-              "in a lane of its own; more where something was late",
+              "most ticks from the newest state of the device to the command decided on: 1 under the virtual clock and "
+              "in one loop with the device, 2 in a loop of its own; more where something was late",
               Better::lower, &PassivityStage::most_seen_ahead)
       .metric("passivity.held_most", "1",
               "most ticks for which one decision stood: 1 under the virtual clock and in a lane that keeps up; more "

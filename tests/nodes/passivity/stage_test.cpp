@@ -26,20 +26,23 @@ constexpr Duration tick{1'000'000};
 constexpr double T = 1e-3;  // s
 
 /// `credit` false: without the share of the strict bound that may be given before the hand has given it.
-std::unique_ptr<PassivityStage> make(const std::string& kind, bool credit = true) {
+std::unique_ptr<PassivityStage> make(const std::string& kind, bool credit = true, bool in_loop = false) {
   if (kind == "controller") {
     return std::make_unique<PassivityController>(default_params<PassivityController>(), context(true));
   }
   auto params = default_params<EnergyBound>();
   if (!credit) params.bound_share = 0;
-  return std::make_unique<EnergyBound>(params, context(true));
+  NodeContext of_stage = context(true);
+  of_stage.in_loop = in_loop;
+  return std::make_unique<EnergyBound>(params, of_stage);
 }
 
 const std::vector<std::string> kinds{"controller", "energy_bound"};
 
 /// A stage with a device that commands what it sends.
 struct Loop {
-  explicit Loop(const std::string& kind, bool credit = true) : stage(make(kind, credit)) {
+  explicit Loop(const std::string& kind, bool credit = true, bool in_loop = false)
+      : stage(make(kind, credit, in_loop)) {
     stage->device.configure({QueuePolicy::drop_oldest, 64});
     stage->commanded.configure({QueuePolicy::drop_oldest, 64});
     stage->segment.configure({QueuePolicy::latest, 1});
@@ -235,6 +238,21 @@ BOOST_AUTO_TEST_CASE(a_force_without_energy_behind_it_is_cut_and_keeps_stamp_and
     }
     BOOST_TEST(given <= default_params<EnergyBound>().start_energy + 1e-12, kind << ": " << given);
   }
+}
+
+BOOST_AUTO_TEST_CASE(a_bound_whose_loop_may_miss_a_tick_allows_less_though_it_hears_the_handle_in_time) {
+  // The hand gives energy against 0.4 N, then goes along with 4 N until nothing is left.
+  Loop in_loop("energy_bound", false, true), beside("energy_bound", false, false);
+  DeviceState state;
+  for (int i = 0; i < 300 && in_loop.commanded.force == beside.commanded.force; ++i) {
+    state.V_WD.v.x = i < 100 ? -0.1 : 0.1;
+    state.X_WD.p.x += T * state.V_WD.v.x;
+    for (Loop* loop : {&in_loop, &beside}) {
+      loop->device_tick(state);
+      loop->stage_tick(constant_segment(loop->now, {{i < 98 ? 0.4 : 4, 0, 0}, {}}));
+    }
+  }
+  BOOST_TEST(in_loop.commanded.force.x < beside.commanded.force.x);
 }
 
 BOOST_AUTO_TEST_CASE(in_debt_nothing_but_a_force_against_the_motion_is_commanded) {
