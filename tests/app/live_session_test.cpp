@@ -13,6 +13,7 @@
 #include "framework/core/message_batch.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/core/temporary_folder.hpp"
+#include "framework/graph/chains.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/plugin.hpp"
 #include "framework/node/registry.hpp"
@@ -154,6 +155,19 @@ BOOST_AUTO_TEST_CASE(a_tapped_and_tuned_live_run_is_replayed_to_the_byte,
     BOOST_TEST_MESSAGE("heap calls are not counted in this build");
   }
   check_replay(folder.path(), "tuned.h5", 9);
+}
+
+BOOST_AUTO_TEST_CASE(a_stage_in_one_loop_with_the_device_is_replayed_to_the_byte,
+                     *boost::unit_test::precondition(NeedsLiveAndRecordings{})) {
+  const TemporaryFolder folder;
+  const Plan plan = make_plan(
+      loaded("wall/closed_loop.yaml", {"methods/hold.yaml", "passivity/energy_bound.yaml", seconds_text(2),
+                                       "clock=real", "record=[device.commanded, device.state, passivity.segment]"}));
+  BOOST_TEST(shared_loops(plan).size() == 1U);
+  const Figures figures = run_live(plan, false, folder.path() / "chain.h5");
+  tell("a device and a stage", figures);
+  BOOST_TEST(figures.heap_calls.value_or(0) == 0U);
+  check_replay(folder.path(), "chain.h5", 7);
 }
 
 BOOST_AUTO_TEST_CASE(what_a_program_fed_is_fed_again_by_a_replay,

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <stdexcept>
 #include <thread>
+#include <vector>
 
 #include "framework/core/messages.hpp"
 #include "framework/core/random.hpp"
@@ -122,6 +123,63 @@ class Actor final : public Node {
   double count_ = 0;
   int stopping_ = 0;
 };
+
+/// A light node at a rate: notes what it sees, and sends gain times the one input plus the other. At its step `when` it
+/// hangs, or throws where `hang` is 0.
+class Filter final : public Node {
+ public:
+  struct Params {
+    double rate = 1000;
+    double gain = 1;
+    std::int32_t when = 0;
+    double hang = 0;  ///< s
+  };
+  Filter(const Params& params, const NodeContext&) : params_(params) { seen.reserve(100'000); }
+  static NodeInfo declare() {
+    return Declare<Filter>("sample.filter", "Filters.")
+        .input("in", &Filter::in, {.doc = "what comes", .required = false})
+        .input("other", &Filter::other, {.doc = "what is added", .required = false})
+        .output("out", &Filter::out, "what goes")
+        .rate("rate", &Params::rate, {.doc = "rate", .default_value = 1000})
+        .real("gain", &Params::gain, {.doc = "gain", .default_value = 1})
+        .integer("when", &Params::when, {.doc = "at which step", .default_value = 0})
+        .real("hang", &Params::hang, {.doc = "how long", .unit = "s", .default_value = 0})
+        .tunable({"gain"})
+        .info();
+  }
+  struct Seen {
+    Time now;
+    Stamp stamp;  ///< of the one input; sequence -1: it has none yet
+    double value;
+    double other;
+  };
+  void step(StepContext& context) override {
+    const auto* m = in.latest();
+    const auto* more = other.latest();
+    const double value = m != nullptr ? m->value.force.x : 0, added = more != nullptr ? more->value.force.x : 0;
+    seen.push_back({context.now(), m != nullptr ? m->stamp : Stamp{{}, {}, ~std::uint64_t{0}}, value, added});
+    if (static_cast<std::int32_t>(seen.size()) == params_.when) {
+      if (params_.hang == 0) throw std::runtime_error("it broke");
+      std::this_thread::sleep_for(std::chrono::duration<double>(params_.hang));
+    }
+    out.send(context.now(), {{params_.gain * value + added, 0, 0}, {}});
+  }
+  void tune(const Params& params) { params_ = params; }
+  Input<Wrench> in, other;
+  Output<Wrench> out;
+  std::vector<Seen> seen;
+
+ private:
+  Params params_;
+};
+
+/// The parameters of a Filter.
+inline std::vector<ParamValue> filter(double rate = 1000, double gain = 1, std::int64_t when = 0, double hang = 0) {
+  return {rate, gain, when, hang};
+}
+
+/// Of the real-time lane, without privileges.
+inline const Scheduling in_loop{Lane::realtime, "", SchedulingPolicy::other, {}, {}};
 
 /// A plan put together by hand.
 struct PlanBuilder {
