@@ -188,9 +188,9 @@ def cost_rows(repeats=5):
 def live_tables():
     """The generated section on live runs. They need most of a processor each, so they come one after the other."""
     return "\n".join([
-        f"### Energy, live\n\nWith the light one of the study's hands, at couplings of {', '.join(map(str, LIVE_STIFFNESSES))} N/m. The stage, the "
-        "method and the device are in real-time lanes of their own. A run is late where `passivity.ahead_most` is above 3 or `passivity.held_most` "
-        "above 2.\n",
+        f"### Energy, live\n\nWith the light one of the study's hands, at couplings of {', '.join(map(str, LIVE_STIFFNESSES))} N/m. The stage and "
+        "the device step in one real-time loop, the method in the pool. A run is late where `passivity.ahead_most` is above 3 or "
+        "`passivity.held_most` above 2.\n",
         table(["method", "stage", "cells within the bound", "largest energy, mJ", "largest share", "in which cell", "late runs"], live_rows())])
 
 
