@@ -20,13 +20,19 @@ namespace tactor {
 
 namespace {
 
-/// The strict form of stable, where it is told and says something else.
+/// The strict form of stable, where it is told: by the line of the device, which knows what was in force when, else by
+/// the port.
 std::string port_text(const RunResult& result) {
-  const double passive = result.metric("stability.passive");
-  if (!std::isfinite(passive)) return {};
-  if (passive > 0) return ", port passive";
+  double generated = result.metric("device.line.energy_generated_J");
+  double allowed = result.metric("device.line.energy_allowed_J");
+  if (!std::isfinite(generated)) {
+    if (!std::isfinite(result.metric("stability.passive"))) return {};
+    generated = result.metric("port.energy_generated_J");
+    allowed = result.metric("port.energy_allowed_J");
+  }
+  if (generated <= allowed) return ", port passive";
   return fmt::format(", port not passive: it gave {} J, while one tick and one rounding explain {} J",
-                     pretty(result.metric("port.energy_generated_J")), pretty(result.metric("port.energy_allowed_J")));
+                     pretty(generated), pretty(allowed));
 }
 
 std::string stability_text(const RunResult& result) {

@@ -12,7 +12,7 @@ namespace tactor {
 
 /// The version of what metrics mean: raised with every change of a definition, so that no table is compared with one of
 /// another meaning unseen. docs/reference/metrics.md has the definitions.
-inline constexpr int metric_definitions = 4;
+inline constexpr int metric_definitions = 5;
 
 /// Of every run: refits, fallbacks, drops, warm_from_s, reference.rate_hz.
 const std::vector<MetricInfo>& program_metrics();

@@ -10,6 +10,7 @@ namespace tactor {
 class DeltaKinematics final : public Kinematics {
  public:
   [[nodiscard]] int axes() const override { return 3; }
+  [[nodiscard]] double lever() const override { return 0.05; }
   bool forward(const AxisValues& q, Pose& X_BD) noexcept override {
     const auto p = arm_.forward({q[0], q[1], q[2]});
     if (p) X_BD = {*p, {}};

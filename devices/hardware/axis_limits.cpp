@@ -54,12 +54,13 @@ bool AxisLimits::contains(const AxisValues& q) const {
   return true;
 }
 
-bool AxisLimits::shorten(AxisValues& effort) const {
+bool AxisLimits::shorten(LinkCommand& command) const {
+  AxisValues& effort = command.effort;
   double share = 1;
-  for (int i = 0; i < axes; ++i) {
+  for (int i = 0; i < max_axes; ++i) {
     double& one = effort[static_cast<std::size_t>(i)];
-    if (!drives(i)) {
-      one = 0;
+    if (i >= axes || !drives(i)) {
+      one = command.weight[static_cast<std::size_t>(i)] = 0;
       continue;
     }
     if (!std::isfinite(one)) {
@@ -92,10 +93,10 @@ void check(const AxisLimits& limits) {
   for (int i = 0; i + 1 < limits.axes; ++i) {
     if (limits.role[static_cast<std::size_t>(i)] == AxisRole::gripper) refuse("a gripper as the last one", i + 1);
   }
-  for (int i = 0; i < limits.axes; ++i) {
-    if (limits.drives(i) && !std::isfinite(limits.effort_max[static_cast<std::size_t>(i)])) {
-      throw InputError("the axes of a device: expected a finite largest effort of axis " + std::to_string(i + 1));
-    }
+  for (std::size_t a = 0; a < static_cast<std::size_t>(limits.axes); ++a) {
+    if (std::isfinite(limits.effort_max[a]) && std::isfinite(limits.speed_max[a])) continue;
+    throw InputError("the axes of a device: expected a finite largest effort and speed of axis " +
+                     std::to_string(a + 1));
   }
   const int handle = limits.handle_axes();
   if (handle < 1) refuse("at least one that moves the handle", handle);

@@ -36,14 +36,14 @@ struct AxisLimits {
   void tighten(const LinkLimits& theirs);
   /// True where the handle is in the workspace. An orientation has no end.
   [[nodiscard]] bool contains(const AxisValues& q) const;
-  /// Sets the efforts of axes without a motor to exactly 0. Shortens those of the handle, all alike, until none is
-  /// beyond its limit, and that of the gripper by itself; where one is not finite, all are 0. Returns whether any was
-  /// shortened. Others stay as they are, to the last bit.
-  bool shorten(AxisValues& effort) const;
+  /// Sets the efforts and weights of axes without a motor to exactly 0. Shortens the efforts of the handle, all alike,
+  /// until none is beyond its limit, and that of the gripper by itself; where one is not finite, all are 0. Returns
+  /// whether any was shortened. Others stay as they are, to the last bit.
+  bool shorten(LinkCommand& command) const;
 };
 
 /// Throws InputError where the axes cannot be: none or too many of them, a gripper that is not the last one or a second
-/// one, a pose of other than three or six axes.
+/// one, a pose of other than three or six axes, a limit that is not finite.
 void check(const AxisLimits& limits);
 
 }  // namespace tactor

@@ -4,6 +4,14 @@
 
 namespace tactor {
 
+namespace {
+
+/// More expiries than this in that time are no lateness any more.
+constexpr int most_expiries = 10;
+constexpr Duration counted_for{1'000'000'000};
+
+}  // namespace
+
 void CommandChannel::send(Instant now, const LinkCommand& command) noexcept {
   if (command.is_zero()) zeroed_ = now;
   const Order order{command, zeroed_};
@@ -19,7 +27,7 @@ LinkCommand CommandChannel::due(Instant now) {
   if (!commanded_) return {};
   const Duration age = now - *commanded_;
   if (age > timing_.age_max) {
-    if (!cut_) cut();
+    if (!cut_) cut(now);
     expired_ = returns_ = false;
     return {};
   }
@@ -32,6 +40,15 @@ LinkCommand CommandChannel::due(Instant now) {
     if (!expired_) {
       ++expiries_;
       expired_at_ = now;
+      if (now - counted_since_ > counted_for) {
+        counted_since_ = now;
+        counted_ = 0;
+      }
+      if (++counted_ > most_expiries) {
+        counted_ = 0;
+        cut(now);
+        return {};
+      }
     }
     expired_ = returns_ = true;
     without_until_ = now;
@@ -43,18 +60,22 @@ LinkCommand CommandChannel::due(Instant now) {
 
 LinkCommand CommandChannel::coming_back(Instant now) {
   const Duration since = now - without_until_;
-  if (since >= timing_.return_time) {
+  const Duration whole = newest_.command.return_time;
+  if (since >= whole) {
     returns_ = false;
     return newest_.command;
   }
   LinkCommand part = newest_.command;
-  for (double& effort : part.effort) effort *= since.seconds() / timing_.return_time.seconds();
+  const double share = since.seconds() / whole.seconds();
+  for (AxisValues* values : {&part.effort, &part.weight}) {
+    for (double& one : *values) one *= share;
+  }
   return part;
 }
 
-void CommandChannel::cut() {
+void CommandChannel::cut(Instant now) {
   cut_ = true;
-  cut_since_ = MonotonicClock::now();
+  cut_since_ = now;
   ++cuts_;
 }
 

@@ -16,7 +16,6 @@ namespace tactor {
 struct CommandTiming {
   Duration age_max{50'000'000};     ///< the command is cut: the loop has stopped
   Duration expires_after{age_max};  ///< the command has expired: the loop is late
-  Duration return_time{};           ///< after that, from zero to the whole command
 };
 
 /// The newest command of the loop, as the line may send it.
@@ -26,7 +25,8 @@ struct CommandTiming {
 /// it was: a slow line need not have had a cycle in it.
 ///
 /// A command that is older than expires_after has *expired*: zero is sent until there is a newer one, which then comes
-/// in over return_time.
+/// in over its return_time. Where that happens again and again, ten times within a second, the command is cut, so that
+/// no force goes on and off for long.
 class CommandChannel {
  public:
   explicit CommandChannel(const CommandTiming& timing) : timing_(timing) {}
@@ -38,7 +38,7 @@ class CommandChannel {
 
   /// Takes what has come, and gives the command that the device is to have at `now`.
   LinkCommand due(Instant now);
-  void cut();
+  void cut(Instant now);
   [[nodiscard]] std::uint64_t cuts() const { return cuts_; }          ///< so far
   [[nodiscard]] std::uint64_t expiries() const { return expiries_; }  ///< so far
   /// True where the command given last was zero for that reason.
@@ -72,6 +72,8 @@ class CommandChannel {
   Instant expired_at_;
   Instant without_until_;  // when zero was given for it last
   std::uint64_t expiries_ = 0;
+  Instant counted_since_;  // expiries that may be too many
+  int counted_ = 0;
 };
 
 }  // namespace tactor

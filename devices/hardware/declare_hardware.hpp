@@ -23,7 +23,6 @@ void declare_hardware(Declare<N>& declaration, HardwareParams defaults = {}) {
   using P = typename N::Params;
   defaults.force_max = std::min(defaults.force_max, careful_force);
   defaults.torque_max = std::min(defaults.torque_max, careful_torque);
-  defaults.dead_man_button.reset();
   declare_device(declaration, defaults);
   const auto time = [&](const char* name, Duration P::*member, const char* doc, Duration value, double min,
                         double max) {
@@ -57,6 +56,7 @@ void declare_hardware(Declare<N>& declaration, HardwareParams defaults = {}) {
       .reals("origin", static_cast<std::vector<double> P::*>(&P::origin), 3, defaults.origin,
              {.doc = "position of the device's zero in the scene", .unit = "m", .min = -1e3, .max = 1e3});
   declare_velocity(declaration);
+  declare_line(declaration);
   const auto count = [&declaration](const std::string& name, const std::string& doc, Better better) {
     declaration.metric("device." + name, "1", doc, better);
   };
@@ -73,10 +73,11 @@ void declare_hardware(Declare<N>& declaration, HardwareParams defaults = {}) {
           .missing_where(missing);
     }
   };
-  count("link.expired_per_min",
-        "cycles of the line in a minute that gave the device zero because the loop had not renewed its command for two "
-        "cycles of the slower of loop and line",
-        Better::lower);
+  count(
+      "link.expired",
+      "cycles of the line that gave the device zero because the loop had not renewed its command for two cycles of the "
+      "slower of loop and line",
+      Better::lower);
   latency("age_us", "age of the sample in use at a tick", "no sample comes");
   latency("cycle_us", "time of a cycle of the line", "no cycle ends");
   count("jumps", "samples in which an encoder jumped, which are not believed", Better::lower);
@@ -118,7 +119,7 @@ void declare_status(Declare<N>& declaration, std::span<const StatusInfo> values)
                 [i](const HardwareDevice& self) { return self.most_status(i); })
         .missing_where("no sample comes");
   }
-  declaration.template output<DeviceStatus>("status", &N::status, "when it changes: " + names);
+  declaration.template output<HardwareStatus>("status", &N::status, "when it changes: " + names);
 }
 
 }  // namespace tactor

@@ -19,6 +19,7 @@ class Gripper {
   Gripper(const DeviceParams& limits, double noise, double interval)
       : stale_after_(limits.stale_after),
         engage_time_(limits.engage_time),
+        longest_tick_(Duration::from_seconds(2 / limits.rate)),
         filter_(VelocityParams{}, noise, 1, interval, false) {}
 
   /// `opening` in m, of a later sample than the one before.
@@ -31,14 +32,17 @@ class Gripper {
     const bool fresh =
         wanted != nullptr && now - wanted->stamp.valid < stale_after_ && std::isfinite(wanted->value.force);
     const double target = fresh ? gain * std::clamp(wanted->value.force, -most, most) : 0;
-    const double step = most * std::clamp((now - ticked_).seconds() / engage_time_.seconds(), 0.0, 1.0);
+    const Duration elapsed = std::clamp(now - ticked_, Duration{}, longest_tick_);
+    const double step = most * elapsed.seconds() / engage_time_.seconds();
     ticked_ = now;
     force_ = gain > 0 ? std::clamp(target, force_ - step, force_ + step) : 0;
     return force_;
   }
+  /// The motor has let go.
+  void let_go() noexcept { force_ = 0; }
 
  private:
-  Duration stale_after_, engage_time_;
+  Duration stale_after_, engage_time_, longest_tick_;
   PoseFilter filter_;
   Time ticked_;
   double force_ = 0;

@@ -36,13 +36,30 @@ AxisLimits with(AxisLimits limits, Duration stuck_after) {
   return limits;
 }
 
-/// A command holds for two cycles of the slower of loop and line, and comes back as the gate's slew limits let it.
-CommandTiming timing_of(const HardwareParams& params, double line_rate) {
-  CommandTiming timing;
-  timing.expires_after = Duration::from_seconds(2 / std::min(params.rate, line_rate));
-  timing.return_time =
-      Duration::from_seconds(std::max(params.force_max / params.force_slew, params.torque_max / params.torque_slew));
-  return timing;
+/// A device that shows a pose: a torque counts as a force at this lever.
+constexpr double turn = 0.05;  // m
+
+LineEnergyOptions energy_of(const HardwareParams& params, const HardwareParts& parts) {
+  LineEnergyOptions options;
+  options.axes = parts.limits.axes;
+  options.lever = every_axis(parts.kinematics ? parts.kinematics->lever() : 1);
+  for (std::size_t a = 3; parts.limits.turns() && a < 6; ++a) options.lever[a] = turn;
+  for (std::size_t a = 0; a < max_axes; ++a) {
+    const bool turns = parts.limits.turns() && a >= 3 && a < 6;
+    options.step[a] = turns ? parts.resolution_angle : parts.resolution / options.lever[a];
+  }
+  if (const int gripper = parts.limits.gripper(); gripper >= 0) {
+    options.lever[static_cast<std::size_t>(gripper)] = 1;
+    options.step[static_cast<std::size_t>(gripper)] = parts.resolution_gripper;
+  }
+  options.period = Duration::from_rate(parts.rate);
+  options.delay_in = parts.delay_in;
+  options.delay_out = parts.delay_out;
+  options.held = options.period * 2;
+  options.acceleration = params.handle_acceleration;
+  options.slew = params.force_scale * std::min(params.force_slew, params.torque_slew / turn);
+  options.bounds = params.energy_bound;
+  return options;
 }
 
 /// `NAME: 3 timeout, 1 crc, opened anew 1 times; the last: TEXT`, so that a run that recovered tells of which device
@@ -62,10 +79,13 @@ std::string tell_failures(const LinkRunner& runner) {
   return name + counts + ", opened anew " + std::to_string(line.reconnects.value()) + " times; the last: " + last;
 }
 
-LinkRunnerSettings runner_settings(const HardwareParams& params, double rate, const NodeContext& context) {
+LinkRunnerSettings runner_settings(const HardwareParams& params, const HardwareParts& parts,
+                                   const NodeContext& context) {
   LinkRunnerSettings settings;
-  settings.rate = rate;
-  settings.commands = timing_of(params, rate);
+  settings.rate = parts.rate;
+  // A command holds for two cycles of the slower of loop and line.
+  settings.commands.expires_after = Duration::from_seconds(2 / std::min(params.rate, parts.rate));
+  settings.energy = energy_of(params, parts);
   settings.thread_name = "link-" + context.name;
   return settings;
 }
@@ -77,16 +97,22 @@ HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& 
       params_(params),
       workspace_{params.workspace_scale, params.force_scale, from_rotation_vector(as_vector(params.rotation)),
                  as_vector(params.origin)},
+      weight_W_(params.tool_weight && context.scene->tool() != nullptr
+                    ? context.scene->tool()->mass * context.scene->gravity_W
+                    : Vec3{}),
       period_of_line_(Duration::from_rate(parts.rate)),
-      kinematics_(std::move(parts.kinematics)),
       filter_(params, noise_of(parts.resolution * params.workspace_scale), noise_of(parts.resolution_angle),
               1 / std::min(parts.rate, params.rate), context.torque),
       cutoff_Hz_(cutoff(params.velocity_departure, noise_of(parts.resolution * params.workspace_scale), parts.rate)),
       age_(std::make_unique<LatencyHistogram>()),
       path_(context.duration.seconds() * params.rate + 2) {
   const AxisLimits limits = with(parts.limits, params.stuck_after);
-  runner_ = std::make_unique<LinkRunner>(std::move(parts.link), limits, runner_settings(params, parts.rate, context));
-  TACTOR_DEMAND(limits.pose == (kinematics_ == nullptr));
+  check(limits);
+  TACTOR_DEMAND(limits.pose == (parts.kinematics == nullptr));
+  TACTOR_DEMAND(parts.status >= 0 && parts.status <= max_status);
+  const LinkRunnerSettings settings = runner_settings(params, parts, context);
+  runner_ = std::make_unique<LinkRunner>(std::move(parts.link), limits, settings);
+  kinematics_ = std::move(parts.kinematics);
   TACTOR_DEMAND(limits.pose || kinematics_->axes() == limits.handle_axes());
   if (limits.gripper() >= 0) {
     gripper_.emplace(params, noise_of(parts.resolution_gripper), 1 / std::min(parts.rate, params.rate));
@@ -135,13 +161,13 @@ void HardwareDevice::take_in(Time now, Instant clock) noexcept {
   if (report_.samples == samples_seen_) return;
   const bool first = samples_seen_ == 0;
   samples_seen_ = report_.samples;
-  tell_status();
-  Pose X_BD;
-  has_pose_ = pose_of(report_.sample, X_BD);
-  if (report_.verdict == Plausibility::Verdict::jumped || !has_pose_) return;
   // A sample's time in the run; a tick that woke late must not turn the order round.
   Time t{std::max<std::int64_t>(0, now.ns - (clock - report_.sampled).ns)};
   if (!first) t = std::max(t, newest_.time + Duration{1});
+  tell_status(t);
+  Pose X_BD;
+  has_pose_ = pose_of(report_.sample, X_BD);
+  if (report_.verdict == Plausibility::Verdict::jumped || !has_pose_) return;
   newest_.time = t;
   newest_.state.X_WD = workspace_.to_scene(X_BD);
   filter_.take(newest_.state.X_WD, t);
@@ -160,7 +186,7 @@ bool HardwareDevice::pose_of(const LinkSample& shown, Pose& X_BD) noexcept {
   return is_finite(X_BD.p);
 }
 
-void HardwareDevice::tell_status() noexcept {
+void HardwareDevice::tell_status(Time t) noexcept {
   const auto count = static_cast<std::size_t>(status_.count);
   bool changed = samples_seen_ == 1;
   for (std::size_t i = 0; i < count; ++i) {
@@ -169,14 +195,14 @@ void HardwareDevice::tell_status() noexcept {
     changed = changed || value != status_.value[i];
     status_.value[i] = value;
   }
-  if (count > 0 && changed) status.send(newest_.time, status_);
+  if (count > 0 && changed) status.send(t, status_);
 }
 
 ReadResult HardwareDevice::judged() noexcept {
   const Plausibility::Finding& f = report_.finding;
   const char* name = runner_->name().c_str();
   if (report_.sample.faults != 0) return fail("%s", report_.text.data());
-  if (report_.verdict == Plausibility::Verdict::jumped && report_.limits.turns() && f.axis >= 3) {
+  if (report_.verdict == Plausibility::Verdict::jumped && report_.limits.turns() && f.axis >= 3 && f.axis < 6) {
     return fail("%s: its orientation jumped by %.3g rad in %.3g ms and is not believed", name, f.to,
                 f.time.seconds() * 1e3);
   }
@@ -201,6 +227,11 @@ ReadResult HardwareDevice::read(Time now, DeviceSample& sample) noexcept {
   const Instant clock = MonotonicClock::now();
   if (runner_->newest(report_)) take_in(now, clock);
   if (samples_seen_ == 0) return not_connected(clock);
+  if (report_.expiries != expiries_seen_) {
+    expiries_seen_ = report_.expiries;
+    sample.expired = true;
+    if (gripper_) gripper_->let_go();
+  }
   const Duration age = clock - report_.sampled;
   age_->record(age);
   if (age > params_.link_timeout) {
@@ -215,11 +246,9 @@ ReadResult HardwareDevice::read(Time now, DeviceSample& sample) noexcept {
     if (!first) return fail("%s: the line was opened anew", runner_->name().c_str());
   }
   if (const ReadResult verdict = judged(); verdict != ReadResult::sample) return verdict;
+  const bool expired = sample.expired;
   sample = newest_;
-  if (report_.expiries != expiries_seen_) {
-    expiries_seen_ = report_.expiries;
-    sample.expired = Time{std::max<std::int64_t>(0, now.ns - (clock - report_.expired_at).ns)};
-  }
+  sample.expired = expired;
   path_.add(newest_);
   return ReadResult::sample;
 }
@@ -228,20 +257,29 @@ bool HardwareDevice::write(Time now, const Wrench& commanded_D_W) noexcept {
   if (followed_) return true;
   LinkCommand command;
   if (samples_seen_ > 0) {
-    const Wrench F_D_B = workspace_.to_device(commanded_D_W);
-    AxisValues& effort = command.effort;
-    if (kinematics_) {
-      kinematics_->efforts(report_.sample.q, F_D_B, effort);
-    } else {
-      effort = {F_D_B.force.x, F_D_B.force.y, F_D_B.force.z, F_D_B.torque.x, F_D_B.torque.y, F_D_B.torque.z};
-    }
+    efforts_of(commanded_D_W, command.effort);
+    // As far as the gate is open.
+    if (weight_W_ != Vec3{}) efforts_of({gate().gain() * weight_W_, {}}, command.weight);
+    command.return_time = Duration::from_seconds(
+        std::max(norm(commanded_D_W.force) / params_.force_slew, norm(commanded_D_W.torque) / params_.torque_slew));
     if (gripper_) {
       const auto axis = static_cast<std::size_t>(report_.limits.gripper());
-      effort[axis] = gripper_->force(now, gripper_force.latest(), gate().gain(), report_.limits.effort_max[axis]);
+      command.effort[axis] =
+          gripper_->force(now, gripper_force.latest(), gate().gain(), report_.limits.effort_max[axis]);
     }
   }
   runner_->command(MonotonicClock::now(), command);
   return true;
+}
+
+void HardwareDevice::efforts_of(const Wrench& F_D_W, AxisValues& effort) noexcept {
+  const Wrench F_D_B = workspace_.to_device(F_D_W);
+  if (kinematics_) return kinematics_->efforts(report_.sample.q, F_D_B, effort);
+  effort = {F_D_B.force.x, F_D_B.force.y, F_D_B.force.z, F_D_B.torque.x, F_D_B.torque.y, F_D_B.torque.z};
+}
+
+std::optional<LineTotals> HardwareDevice::line_totals() const {
+  return followed_ || !report_.energy.counted ? std::nullopt : std::optional(report_.energy);
 }
 
 Pace* HardwareDevice::pace() {
@@ -288,8 +326,7 @@ void HardwareDevice::report(Report& report) const {
   count("jumps", line.jumps.value());
   count("stuck", line.stuck.value());
   count("limited_ticks", line.limited.value());
-  const double minutes = static_cast<double>(gate().account().ticks) / params_.rate / 60;
-  if (minutes > 0) report.set("device.link.expired_per_min", static_cast<double>(line.expired.value()) / minutes);
+  count("link.expired", line.expired.value());
   report.set("device.velocity_cutoff_Hz", cutoff_Hz_);
   if (const auto share = filter_.mixed_share()) report.set("device.velocity_mixed_share", *share);
   if (const std::string text = tell_failures(*runner_); !text.empty()) report.remark(text);

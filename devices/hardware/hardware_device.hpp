@@ -11,6 +11,7 @@
 #include "devices/hardware/link_runner.hpp"
 #include "devices/hardware/state_path.hpp"
 #include "devices/hardware/workspace.hpp"
+#include "framework/realtime/declare_line.hpp"
 #include "framework/realtime/device_node.hpp"
 #include "framework/realtime/latency_histogram.hpp"
 #include "framework/realtime/pose_filter.hpp"
@@ -18,7 +19,7 @@
 namespace tactor {
 
 /// The parameters that all devices of hardware have; `declare_hardware` declares them.
-struct HardwareParams : DeviceParams, VelocityParams {
+struct HardwareParams : DeviceParams, VelocityParams, LineParams {
   Duration link_timeout{50'000'000};        ///< a sample that is older fails the device
   Duration connect_timeout{5'000'000'000};  ///< so long the first sample may take
   double workspace_scale = 1;
@@ -38,6 +39,8 @@ struct HardwareParts {
   double resolution = 1e-5;          ///< m, a step of the position at the handle, for the filter of the velocity
   double resolution_angle = 1e-4;    ///< rad
   double resolution_gripper = 1e-5;  ///< m
+  Duration delay_in;                 ///< how old a sample is when its cycle begins, as far as it is known
+  Duration delay_out;                ///< from the begin of a cycle to its efforts' acting
   int status = 0;                    ///< values of LinkSample::status that the device has, see declare_status
 };
 
@@ -72,13 +75,15 @@ class HardwareDevice : public DeviceNode {
   void follow(const Node& tested) override;
   [[nodiscard]] bool must_be_followed() const override { return true; }
   /// That of DeviceNode, and device.link.*: cycles, errors.KIND (see LinkError), reconnects, skipped,
-  /// age_us.p50/p99/max of the sample in use at each tick, cycle_us.p50/p99, expired_per_min; device.jumps,
+  /// age_us.p50/p99/max of the sample in use at each tick, cycle_us.p50/p99, expired; device.jumps,
   /// device.stuck, device.limited_ticks: cycles whose efforts were shortened; device.velocity_cutoff_Hz,
   /// device.velocity_mixed_share; and as remarks the failures of the line with the device's name, and what the system
   /// refused to the line's thread.
   void report(Report& report) const override;
   [[nodiscard]] ForceAccount account() const override;
   [[nodiscard]] Pace* pace() override;
+  /// What the line has counted until the newest report; absent in a reference run.
+  [[nodiscard]] std::optional<LineTotals> line_totals() const;
   /// Of the status value `index`: the newest, and the largest of the run; absent where no sample has come.
   [[nodiscard]] std::optional<double> newest_status(std::size_t index) const;
   [[nodiscard]] std::optional<double> most_status(std::size_t index) const;
@@ -86,7 +91,7 @@ class HardwareDevice : public DeviceNode {
   // Of devices that declare them (declare_gripper, declare_status).
   Input<GripperForce> gripper_force;
   Output<GripperState> gripper;
-  Output<DeviceStatus> status;
+  Output<HardwareStatus> status;
 
  protected:
   HardwareDevice(const HardwareParams& params, const NodeContext& context, HardwareParts parts);
@@ -100,11 +105,13 @@ class HardwareDevice : public DeviceNode {
   [[nodiscard]] ReadResult fail(const char* format, ...) noexcept __attribute__((format(printf, 2, 3)));
   [[nodiscard]] ReadResult not_connected(Instant clock) noexcept;
   [[nodiscard]] ReadResult judged() noexcept;
+  void efforts_of(const Wrench& F_D_W, AxisValues& effort) noexcept;
   [[nodiscard]] bool pose_of(const LinkSample& shown, Pose& X_BD) noexcept;
-  void tell_status() noexcept;
+  void tell_status(Time t) noexcept;
 
   const HardwareParams params_;
   const Workspace workspace_;
+  const Vec3 weight_W_;  // N, of the tool
   const Duration period_of_line_;
   std::unique_ptr<Kinematics> kinematics_;
   std::optional<Gripper> gripper_;
@@ -119,7 +126,7 @@ class HardwareDevice : public DeviceNode {
   std::uint64_t expiries_seen_ = 0;
   bool has_pose_ = false;
   DeviceSample newest_;
-  DeviceStatus status_, most_;  // of the newest sample; the largest values
+  HardwareStatus status_, most_;  // of the newest sample; the largest values
   std::array<char, 320> failure_{};
   std::unique_ptr<LatencyHistogram> age_;
 

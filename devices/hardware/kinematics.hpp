@@ -18,6 +18,8 @@ class Kinematics {
 
   /// The number of axes, 1 to max_axes.
   [[nodiscard]] virtual int axes() const = 0;
+  /// m that the handle goes for a m or rad of an axis, at least, in the poses in which the device is used.
+  [[nodiscard]] virtual double lever() const = 0;
   /// The pose of the handle in the base, X_BD, where the axes are at `q` (m, rad). False where no pose belongs to them.
   virtual bool forward(const AxisValues& q, Pose& X_BD) noexcept = 0;
   /// The efforts J^T F (N, N m) that put the wrench `F_D_B` (on the device, in B, about the handle) to the handle.
@@ -33,6 +35,7 @@ class LinearKinematics final : public Kinematics {
   explicit LinearKinematics(const std::vector<Vec3>& directions_B);
 
   [[nodiscard]] int axes() const override { return static_cast<int>(directions_B_.size()); }
+  [[nodiscard]] double lever() const override { return 1; }
   bool forward(const AxisValues& q, Pose& X_BD) noexcept override;
   void efforts(const AxisValues& q, const Wrench& F_D_B, AxisValues& effort) noexcept override;
 

@@ -6,9 +6,23 @@
 
 namespace tactor {
 
-LineCycle::LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing)
-    : name_(std::move(name)), ours_(ours), commands_(timing), plausibility_(ours) {
-  check(ours);
+namespace {
+
+const AxisLimits& checked(const AxisLimits& limits) {
+  check(limits);
+  return limits;
+}
+
+}  // namespace
+
+LineCycle::LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing,
+                     const LineEnergyOptions& energy)
+    : name_(std::move(name)),
+      ours_(checked(ours)),
+      commands_(timing),
+      plausibility_(ours),
+      delay_in_(energy.delay_in),
+      energy_(energy) {
   report_.limits = ours;
 }
 
@@ -46,7 +60,9 @@ bool LineCycle::opened(const LinkLimits& theirs, LinkFailure& failure) {
   report_.limits = limits;
   plausibility_.set(limits);
   effort_ = {};
-  commands_.cut();
+  energy_.reopen();
+  turned_ = {};
+  commands_.cut(MonotonicClock::now());
   publish();
   return true;
 }
@@ -54,7 +70,8 @@ bool LineCycle::opened(const LinkLimits& theirs, LinkFailure& failure) {
 LinkCommand LineCycle::due(Instant now) {
   LinkCommand command = commands_.due(now);
   if (commands_.has_expired()) metrics_.expired.add(1);
-  if (report_.limits.shorten(command.effort)) metrics_.limited.add(1);
+  if (report_.limits.shorten(command)) metrics_.limited.add(1);
+  command.effort = energy_.give(Time{now.ns}, command.effort, command.weight);
   effort_ = command.effort;
   if (commands_.cuts() != report_.cuts || commands_.expiries() != report_.expiries) publish();
   return command;
@@ -68,6 +85,10 @@ void LineCycle::took(Instant began, const LinkSample& sample, std::string_view f
   ++report_.samples;
   report_.verdict = plausibility_.judge(report_.sample, began, effort_);
   report_.finding = plausibility_.finding();
+  if (report_.verdict != Plausibility::Verdict::jumped) {
+    energy_.take(Time{began.ns} - delay_in_, report_.sample.q);
+  }
+  report_.energy = energy_.totals();
   metrics_.jumps.set(static_cast<std::int64_t>(plausibility_.jumps()));
   metrics_.stuck.set(static_cast<std::int64_t>(plausibility_.times_stuck()));
   samples_.store(report_.samples, std::memory_order_release);
@@ -82,12 +103,15 @@ void LineCycle::took(Instant began, const LinkSample& sample, std::string_view f
 
 LinkCommand LineCycle::turn(const LinkSample& sample, std::string_view fault) {
   const Instant now = MonotonicClock::now();
-  if (report_.samples > 0) metrics_.cycle_time.record(now - report_.sampled);
+  if (turned_ != Instant{}) metrics_.cycle_time.record(now - turned_);
+  turned_ = now;
+  called_ns_.store(now.ns, std::memory_order_release);
   took(now, sample, fault);
   return due(MonotonicClock::now());
 }
 
 void LineCycle::failed(const LinkFailure& failure) {
+  called_ns_.store(MonotonicClock::now().ns, std::memory_order_release);
   metrics_.by_error[static_cast<std::size_t>(failure.error)].add(1);
   const std::string text = name_ + ": " + failure.text;
   report_.error = failure.error;

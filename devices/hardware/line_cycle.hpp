@@ -14,6 +14,7 @@
 #include "devices/hardware/link.hpp"
 #include "devices/hardware/plausibility.hpp"
 #include "framework/node/edge_queue.hpp"
+#include "framework/realtime/line_energy.hpp"
 #include "framework/realtime/loop_statistics.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 #include "framework/realtime/pace.hpp"
@@ -22,15 +23,16 @@ namespace tactor {
 
 /// What the loop learns of the line: plain data, since it may cross a process.
 struct LinkReport {
-  LinkSample sample;          ///< the newest good one
+  LinkSample sample;          ///< the newest; `verdict` says whether it is believed
   Instant sampled;            ///< when its cycle began, so that its age is not made smaller than it is
-  std::uint64_t samples = 0;  ///< good ones so far; 0: `sample` is not set
+  std::uint64_t samples = 0;  ///< samples so far; 0: `sample` is not set
   Plausibility::Verdict verdict = Plausibility::Verdict::good;  ///< of `sample`
   Plausibility::Finding finding;                                ///< where it is not good
   AxisLimits limits;                                            ///< those of the node and of the line, the tighter ones
   std::uint64_t cuts = 0;             ///< how often the command was cut to zero, see CommandChannel
   std::uint64_t expiries = 0;         ///< how often it expired
   Instant expired_at;                 ///< when the newest of them did
+  LineTotals energy;                  ///< on the line
   LinkError error = LinkError::none;  ///< of the newest cycle or attempt to connect
   std::array<char, 240> text{};       ///< why, in words, with the device's name
 };
@@ -53,13 +55,14 @@ struct LinkMetrics {
 };
 
 /// What is handed over between a device loop and the line, and what each cycle does with it: the command that is due
-/// passes the limits of the axes; a sample is judged, unwrapped and reported. The loop never waits, allocates or locks.
+/// passes the limits of the axes and the bound on the energy; a sample is judged, unwrapped, counted and reported. The
+/// loop never waits, allocates or locks.
 ///
 /// One thread drives the cycles at a time: a LinkRunner's, or that of a device's library by `turn`.
 class LineCycle final : public LinkTurn {
  public:
   /// `name` of the link, `ours` the limits of the axes as the node knows them. Throws InputError as `check` does.
-  LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing);
+  LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing, const LineEnergyOptions& energy);
 
   // The device loop.
 
@@ -87,6 +90,8 @@ class LineCycle final : public LinkTurn {
   [[nodiscard]] Instant commanded() const { return {commanded_ns_.load(std::memory_order_acquire)}; }
   /// Good cycles so far.
   [[nodiscard]] std::uint64_t samples() const { return samples_.load(std::memory_order_acquire); }
+  /// When the driving thread last told of a sample of a callback, or of a failure.
+  [[nodiscard]] Instant called() const { return {called_ns_.load(std::memory_order_acquire)}; }
   /// True from a failure that says so until the line is opened.
   [[nodiscard]] bool wants_reopen() const { return wants_reopen_.load(std::memory_order_acquire); }
   [[nodiscard]] LinkMetrics& metrics() { return metrics_; }
@@ -106,11 +111,15 @@ class LineCycle final : public LinkTurn {
 
   // Of the thread that drives.
   Plausibility plausibility_;
+  const Duration delay_in_;
+  LineEnergy energy_;
   AxisValues effort_{};  // given last
   LinkReport report_;
+  Instant turned_;  // since the line was opened
 
   LinkMetrics metrics_;
   std::atomic<std::uint64_t> samples_{0};
+  std::atomic<std::int64_t> called_ns_{0};
   std::atomic<bool> wants_reopen_{false};
   mutable std::mutex mutex_;  // of what follows; the loop never takes it
   std::string last_failure_;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "framework/core/spatial.hpp"
+#include "framework/core/time.hpp"
 #include "framework/realtime/axis_values.hpp"
 
 namespace tactor {
@@ -25,6 +26,8 @@ enum class AxisRole : std::uint8_t {
 /// axes 3 to 5, in its base B, about the handle.
 struct LinkCommand {
   AxisValues effort{};
+  AxisValues weight{};   ///< the part of it that displays the tool's weight, whose energy is not counted
+  Duration return_time;  ///< from zero to all of it by the slew limits of the gate, after it had expired
   [[nodiscard]] bool is_zero() const { return effort == AxisValues{}; }
 };
 

@@ -17,6 +17,7 @@ constexpr double periods_ahead = 1.5;       // one, and half of one because what
 constexpr Duration look_again{20'000'000};  // for a command, while idle
 // Without a call from a thread of the device's library, after which its line is opened anew: periods, and at least.
 constexpr double silent_periods = 5;
+constexpr Duration look_for_silence{10'000'000};
 constexpr Duration silent_at_least{100'000'000};
 
 }  // namespace
@@ -25,7 +26,7 @@ LinkRunner::LinkRunner(std::unique_ptr<Link> link, const AxisLimits& limits, Lin
     : link_(std::move(link)),
       settings_(std::move(settings)),
       name_(link_->name()),
-      cycle_(name_, limits, settings_.commands),
+      cycle_(name_, limits, settings_.commands, settings_.energy),
       back_off_(settings_.back_off) {
   TACTOR_DEMAND(settings_.rate > 0 && settings_.rate <= TickSchedule::max_rate);
 }
@@ -137,6 +138,8 @@ bool LinkRunner::open() {
   failures_in_a_row_ = 0;
   any_good_ = false;
   if (++sessions_ > 1) cycle_.metrics().reconnects.add(1);
+  sampled_ = MonotonicClock::now();
+  watched_samples_ = cycle_.samples();
   if (link_->pace() == LinkPace::callback) link_->start(cycle_);
   return true;
 }
@@ -157,23 +160,29 @@ void LinkRunner::exchange(Instant began) {
   cycle_.took(began, sample, failure.text);
 }
 
-/// Until nothing has called back for long, or the library's thread says that the line is of no use.
+/// Looks whether samples keep coming, and whether the library's thread says that the line is of no use.
 void LinkRunner::watch() {
   const Duration silence = std::max(silent_at_least, Duration::from_seconds(silent_periods / settings_.rate));
-  const std::uint64_t before = cycle_.samples();
-  if (!pause(silence)) return;
-  take_policy();
-  const bool silent = cycle_.samples() == before;
-  if (!silent) {
+  const std::uint64_t samples = cycle_.samples();
+  const Instant now = MonotonicClock::now();
+  if (samples != watched_samples_) {
+    watched_samples_ = samples;
+    sampled_ = now;
     any_good_ = true;
     back_off_ = settings_.back_off;
   }
-  if (!silent && !cycle_.wants_reopen()) return;
-  shut_down();  // from here on nothing calls back
-  if (silent && !cycle_.wants_reopen()) {
-    cycle_.failed({LinkError::timeout,
-                   "no call of the device's library within " + std::to_string(silence.ns / 1'000'000) + " ms", true});
+  const bool silent = now - sampled_ > silence;
+  if (silent || cycle_.wants_reopen()) {
+    const bool called = cycle_.called() > sampled_;  // and told why there was no sample
+    shut_down();                                     // from here on nothing calls back
+    if (silent && !called) {
+      cycle_.failed({LinkError::timeout,
+                     "no call of the device's library within " + std::to_string(silence.ns / 1'000'000) + " ms", true});
+    }
+    return;
   }
+  take_policy();
+  static_cast<void>(pause(look_for_silence));
 }
 
 void LinkRunner::shut_down() {

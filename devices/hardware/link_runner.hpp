@@ -20,6 +20,7 @@ namespace tactor {
 struct LinkRunnerSettings {
   double rate = 1000;                    ///< Hz, of the cycles
   CommandTiming commands;                ///< how long a command holds
+  LineEnergyOptions energy;              ///< how the energy is counted
   Duration idle_after{1'000'000'000};    ///< without a command for so long the device is shut down
   Duration back_off{100'000'000};        ///< before the next attempt to connect; doubles until a cycle was good
   Duration back_off_max{2'000'000'000};  ///< the longest
@@ -96,6 +97,8 @@ class LinkRunner {
   bool any_good_ = false;  // since it was opened
   Duration back_off_;
   std::uint64_t sessions_ = 0;
+  std::uint64_t watched_samples_ = 0;
+  Instant sampled_;  // when the newest of them was seen
 
   std::atomic<bool> stop_{false};
   mutable std::mutex mutex_;  // of what follows; the loop never takes it

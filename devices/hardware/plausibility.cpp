@@ -5,6 +5,13 @@
 
 namespace tactor {
 
+bool Plausibility::is_finite(const LinkSample& sample) const {
+  for (std::size_t a = 0; a < static_cast<std::size_t>(limits_.axes); ++a) {
+    if (!std::isfinite(sample.q[a])) return false;
+  }
+  return true;
+}
+
 Plausibility::Verdict Plausibility::judge(LinkSample& sample, Instant sampled, const AxisValues& effort) noexcept {
   Vec3 turned;  // in the base, since the sample that was believed
   if (limits_.turns()) {
@@ -16,6 +23,8 @@ Plausibility::Verdict Plausibility::judge(LinkSample& sample, Instant sampled, c
     sample.q[5] = q[5] + turned.z;
   }
   if (!any_) {
+    // A device that is not ready may show anything.
+    if (!is_finite(sample)) return Verdict::jumped;
     believed_ = sample;
     believed_at_ = sampled;
     turned = {};
@@ -60,7 +69,8 @@ bool Plausibility::stuck(const AxisValues& q, Instant sampled, const AxisValues&
   bool any_stuck = false;
   for (int i = 0; i < limits_.axes; ++i) {
     const auto a = static_cast<std::size_t>(i);
-    const bool driven = std::abs(effort[a]) >= limits_.stuck_share * limits_.effort_max[a] && effort[a] != 0;
+    const bool driven = limits_.role[a] != AxisRole::gripper &&
+                        std::abs(effort[a]) >= limits_.stuck_share * limits_.effort_max[a] && effort[a] != 0;
     if (!any_ || q[a] != last_[a]) stands_[a] = false;
     if (!any_ || q[a] != last_[a] || !driven || !driven_[a]) still_since_[a] = sampled;
     driven_[a] = driven;

@@ -18,7 +18,7 @@ namespace tactor {
 /// passes, an encoder that has lost its count does not.
 ///
 /// A stuck encoder: while an axis was driven with at least stuck_share of its effort_max its coordinate stayed the same
-/// to the last bit for stuck_after. It is believed again when it has changed.
+/// to the last bit for stuck_after. It is believed again when it has changed. A gripper may hold something still.
 class Plausibility {
  public:
   enum class Verdict : std::uint8_t { good, jumped, stuck };
@@ -42,6 +42,7 @@ class Plausibility {
   [[nodiscard]] std::uint64_t times_stuck() const { return times_stuck_; }
 
  private:
+  [[nodiscard]] bool is_finite(const LinkSample& sample) const;
   bool jumped(const LinkSample& sample, const Vec3& turned, Instant sampled) noexcept;
   bool jumped_by(int axis, double from, double to, Duration time) noexcept;
   bool stuck(const AxisValues& q, Instant sampled, const AxisValues& effort) noexcept;

@@ -209,6 +209,13 @@ void declare_lines(Declare<SimulatedDevice>& declaration) {
              .min = 0,
              .max = 0.1,
              .in_reference = 0})
+      .integer<std::int32_t>(
+          "command_ticks", &Params::command_ticks,
+          {.doc = "ticks for which the motors keep a command that is not renewed. After that they have "
+                  "zero until the next tick; 0: they keep it for ever",
+           .default_value = 2,
+           .min = 0,
+           .max = 1'000'000})
       .real("delay_in", &Params::delay_in,
             {.doc = "age of the state that the device shows, rounded to whole ticks; 0 or at least half a tick. The "
                     "host does not know it",
@@ -221,6 +228,25 @@ void declare_lines(Declare<SimulatedDevice>& declaration) {
             {.doc = "time until a command reaches the amplifiers, rounded to whole ticks; 0 or at least half a tick",
              .unit = "s",
              .default_value = 0,
+             .min = 0,
+             .max = 0.1,
+             .in_reference = 0});
+}
+
+void declare_encoders(Declare<SimulatedDevice>& declaration) {
+  using Params = SimulatedDevice::Params;
+  declaration
+      .real("encoder_step", &Params::encoder_step,
+            {.doc = "step of the position encoders; 0 for none",
+             .unit = "m",
+             .default_value = 1e-5,
+             .min = 0,
+             .max = 1e-2,
+             .in_reference = 0})
+      .real("encoder_step_angle", &Params::encoder_step_angle,
+            {.doc = "step of the angle encoders; 0 for none",
+             .unit = "rad",
+             .default_value = 1e-4,
              .min = 0,
              .max = 0.1,
              .in_reference = 0});
@@ -252,7 +278,9 @@ NodeInfo SimulatedDevice::declare() {
           "play and a mode of vibration between the handle and the motor side, where the encoders are. graphs/devices "
           "has overlays that switch them on.")
       .input("target", &D::target, {.doc = "the target pose of the hand"});
-  declare_device(declaration);
+  DeviceParams defaults;
+  defaults.dead_man_button = 0;
+  declare_device(declaration, defaults);
   const auto not_closed = [](const Params& params, const MetricUse&) {
     return std::string(params.loop == Loop::closed ? "" : "loop is open");
   };
@@ -286,21 +314,8 @@ NodeInfo SimulatedDevice::declare() {
       .output("motors", &D::motors,
               "the wrench of the motors at the beginning of this tick, after delay_out, amplifier and limits")
       .choice("loop", &Params::loop, {{"open", Loop::open}, {"closed", Loop::closed}}, std::optional(Loop::open),
-              "whether the commanded force moves the handle")
-      .real("encoder_step", &Params::encoder_step,
-            {.doc = "step of the position encoders; 0 for none",
-             .unit = "m",
-             .default_value = 1e-5,
-             .min = 0,
-             .max = 1e-2,
-             .in_reference = 0})
-      .real("encoder_step_angle", &Params::encoder_step_angle,
-            {.doc = "step of the angle encoders; 0 for none",
-             .unit = "rad",
-             .default_value = 1e-4,
-             .min = 0,
-             .max = 0.1,
-             .in_reference = 0});
+              "whether the commanded force moves the handle");
+  declare_encoders(declaration);
   declare_velocity(declaration);
   declare_line(declaration);
   declare_translation(declaration);

@@ -1,6 +1,7 @@
 // A line that takes time: what goes in comes out a fixed number of ticks later.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -23,6 +24,11 @@ class LineDelay {
   /// All that is on the line becomes `value`.
   void fill(const T& value) noexcept {
     for (T& one : ring_) one = value;
+  }
+  /// Whether anything on the line is so.
+  template <class Is>
+  [[nodiscard]] bool any_of(const Is& is) const {
+    return std::any_of(ring_.begin(), ring_.end(), is);
   }
   /// Once a tick: `value` goes in; what went in `ticks` calls before comes out.
   T pass(const T& value) noexcept {

@@ -16,8 +16,6 @@ constexpr double max_path_samples = 2e6;
 /// A target older than this is not moved on along its velocity; the same in a reference run, whatever its rate.
 constexpr Duration longest_extrapolation{20'000'000};
 
-/// So long a command acts that is not renewed.
-constexpr int held_ticks = 2;
 /// A line of that many ticks takes more memory than it is worth.
 constexpr double max_line_ticks = 1e5;
 /// A hand behind a grip is a body of its own. Lighter bodies cost the exact step of a stiff grip its digits.
@@ -88,26 +86,35 @@ std::size_t line_ticks(const char* name, double delay, double rate) {
   return ticks;
 }
 
+/// So long a command is foreseen to act where the motors keep it for ever: a tick may be missed.
+constexpr int foreseen_ticks = 2;
 /// A torque counts as a force at this lever, an angle as that much way.
 constexpr double lever = 0.05;  // m
 
 LineEnergyOptions line_energy_of(const SimulatedDevice::Params& params, const NodeContext& context) {
   const Duration period = Duration::from_rate(params.rate);
   const double step = params.encoder_step, angle = params.encoder_step_angle;
+  const auto delay = [&](const char* name, double time) {
+    return period * static_cast<std::int64_t>(line_ticks(name, time, params.rate));
+  };
   return {.axes = context.torque ? 6 : 3,
           .lever = {1, 1, 1, lever, lever, lever, 1, 1},
           .step = {step, step, step, angle, angle, angle},
           .period = period,
-          .delay_out = period * static_cast<std::int64_t>(line_ticks("delay_out", params.delay_out, params.rate)),
-          .held = period * held_ticks,
-          .lets_go = true,
+          .delay_in = delay("delay_in", params.delay_in),
+          .delay_out = delay("delay_out", params.delay_out),
+          .held = period * (params.command_ticks > 0 ? params.command_ticks : foreseen_ticks),
+          .lets_go = params.command_ticks > 0,
           .acceleration = params.handle_acceleration,
-          .slew = params.force_slew,
+          .slew = context.torque ? std::min(params.force_slew, params.torque_slew / lever) : params.force_slew,
           .bounds = params.energy_bound};
 }
 
-AxisValues as_axes(const Wrench& wrench) {
-  return {wrench.force.x, wrench.force.y, wrench.force.z, wrench.torque.x, wrench.torque.y, wrench.torque.z};
+SimulatedLine line_of(const SimulatedDevice::Params& params, const NodeContext& context) {
+  const Body* tool = params.tool_weight ? context.scene->tool() : nullptr;
+  return {line_ticks("delay_in", params.delay_in, params.rate), line_ticks("delay_out", params.delay_out, params.rate),
+          line_energy_of(params, context), tool == nullptr ? Vec3{} : tool->mass * context.scene->gravity_W,
+          context.torque};
 }
 
 void check_gripped(const char* grip, const char* name, const char* unit, bool has_grip, double found, double least) {
@@ -126,12 +133,7 @@ SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& contex
       params_(params),
       handle_(handle_of(params, context.torque)),
       encoder_(encoder_of(params, context)),
-      weight_W_(params.tool_weight && context.scene->tool() != nullptr
-                    ? context.scene->tool()->mass * context.scene->gravity_W
-                    : Vec3{}),
-      energy_(line_energy_of(params, context)),
-      line_in_(line_ticks("delay_in", params.delay_in, params.rate)),
-      line_out_(line_ticks("delay_out", params.delay_out, params.rate)) {
+      line_(line_of(params, context)) {
   if (params_.backlash > 0 && params_.mode_frequency <= 0) {
     throw InputError(
         "backlash needs mode_frequency for the stiffness at its ends: expected mode_frequency above 0 Hz, found 0 Hz");
@@ -185,30 +187,31 @@ MotionState SimulatedDevice::followed_at(Time now) {
   return interpolate(a.motion, b.motion, dt, (now - a.t).seconds() / dt, rotates());
 }
 
-/// A command holds for two ticks; after a third the motors have let go of it, and of what was on the line.
+/// When the motors let go of the command of the last tick, and of what is on the line; none: they still have it.
 std::optional<Time> SimulatedDevice::expiry(Time now) const {
-  const bool acts = held_D_W_.force != Vec3{} || held_D_W_.torque != Vec3{};
-  constexpr double late = held_ticks + 0.5;
-  if (!started_ || !acts || (now - last_).seconds() * params_.rate < late) return std::nullopt;
-  return last_ + Duration::from_rate(params_.rate) * held_ticks;
+  const double late = params_.command_ticks + 0.5;
+  if (params_.command_ticks == 0 || !started_ || !line_.acts() || (now - last_).seconds() * params_.rate < late) {
+    return std::nullopt;
+  }
+  return last_ + Duration::from_rate(params_.rate) * params_.command_ticks;
 }
 
 void SimulatedDevice::move_handle(Time now, const MotionState& to) {
   const double dt = started_ ? (now - last_).seconds() : 0;
   if (follows_) {
-    handle_.advance_amplifier(dt, held_D_W_);
+    handle_.advance_amplifier(dt, line_.held());
     motion_ = encoded_ = followed_at(now);
     return;
   }
   if (params_.loop == Loop::open) {
-    handle_.advance_amplifier(dt, held_D_W_);
+    handle_.advance_amplifier(dt, line_.held());
     motion_ = encoded_ = to;
     return;
   }
   if (!started_) {
     handle_.place(to);
   } else {
-    handle_.advance(dt, held_D_W_, target_state_, to);
+    handle_.advance(dt, line_.held(), target_state_, to);
   }
   motion_ = handle_.state();
   encoded_ = handle_.motor_side();
@@ -235,47 +238,30 @@ ReadResult SimulatedDevice::read(Time now, DeviceSample& sample) noexcept {
     const double share = (*expired - last_).seconds() / dt;
     move_handle(*expired, interpolate(target_state_, to, dt, share, rotates()));
     last_ = *expired;
-    held_D_W_ = {};
-    line_out_.fill({});
-    energy_.let_go(*expired);
+    line_.let_go(*expired);
   }
   move_handle(now, to);
   truth.send(now, to_message(motion_));
   motors.send(now, handle_.amplifier().output());
   if (handle_.amplifier().saturated()) ++saturated_ticks_;
-  const Shown shown{encoder_.read(encoded_, now), now};
+  const ShownMotion shown{encoder_.read(encoded_, now), now};
   // Before the first sample has come over the line, the handle is taken to have been where that one says.
-  if (!started_) line_in_.fill(shown);
-  const Shown came = line_in_.pass(shown);
-  if (observes_port()) count_energy(came);
-  sample = {to_message(came.motion), now};
-  sample.expired = expired;
+  if (!started_) line_.fill(shown);
+  sample = {to_message(line_.receive(shown, observes_port())), now};
+  sample.expired = expired.has_value();
   started_ = true;
   last_ = now;
   return ReadResult::sample;
 }
 
-void SimulatedDevice::count_energy(const Shown& shown) {
-  if (rotates() && started_) {
-    turned_W_ += to_rotation_vector(shown.motion.X.R * inverse(counted_.motion.X.R));
-  }
-  counted_ = shown;
-  const Vec3& p = shown.motion.X.p;
-  energy_.take(shown.read, {p.x, p.y, p.z, turned_W_.x, turned_W_.y, turned_W_.z});
-}
-
 bool SimulatedDevice::write(Time now, const Wrench& commanded_D_W) noexcept {
-  Wrench given = commanded_D_W;
-  if (observes_port()) {
-    const AxisValues effort = energy_.give(now, as_axes(commanded_D_W), as_axes({weight_W_, {}}));
-    given = {{effort[0], effort[1], effort[2]}, {effort[3], effort[4], effort[5]}};
-  }
-  held_D_W_ = line_out_.pass(given);
+  line_.send(now, commanded_D_W, gate().gain(), observes_port());
   return true;
 }
 
 std::optional<LineTotals> SimulatedDevice::line_totals() const {
-  return observes_port() ? std::optional(energy_.totals()) : std::nullopt;
+  const LineTotals totals = line_.totals();
+  return observes_port() && totals.counted ? std::optional(totals) : std::nullopt;
 }
 
 const char* SimulatedDevice::failure() const noexcept {

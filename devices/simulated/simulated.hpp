@@ -6,7 +6,7 @@
 
 #include "devices/simulated/encoder.hpp"
 #include "devices/simulated/handle.hpp"
-#include "devices/simulated/line_delay.hpp"
+#include "devices/simulated/line.hpp"
 #include "devices/simulated/response.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/node/info.hpp"
@@ -28,8 +28,8 @@ namespace tactor {
 /// reading, because the host of a real device does not know how old it is. Before the first state has come over the
 /// line it shows the first one, before the first command it holds zero.
 ///
-/// A command that is not renewed for two ticks has expired, as it does on the line of a real device: the motors have
-/// zero from then on until the next tick, and what was on the line is gone.
+/// A command that is not renewed for `command_ticks` has expired, as it does on the line of a real device: the motors
+/// have zero from then on until the next tick, and what was on the line is gone.
 ///
 /// Its line counts the energy at the host's end, with what it knows of its own delays, and bounds it where the graph
 /// says `energy_bound` (see LineEnergy).
@@ -80,6 +80,7 @@ class SimulatedDevice final : public DeviceNode {
     double encoder_noise_angle = 0;      ///< rad
     double delay_in = 0;                 ///< s
     double delay_out = 0;                ///< s
+    std::int32_t command_ticks = 2;      ///< for which a command acts that is not renewed; 0: for ever
   };
 
   SimulatedDevice(const Params& params, const NodeContext& context);
@@ -112,13 +113,6 @@ class SimulatedDevice final : public DeviceNode {
     MotionState motion;
   };
 
-  /// What the encoders show, on its way over the line.
-  struct Shown {
-    MotionState motion;
-    Time read;
-  };
-  void count_energy(const Shown& shown);
-
   [[nodiscard]] MotionState target_at(Time now) const;
   [[nodiscard]] std::optional<Time> expiry(Time now) const;
   void move_handle(Time now, const MotionState& to);
@@ -128,18 +122,12 @@ class SimulatedDevice final : public DeviceNode {
   Params params_;
   Handle handle_;
   Encoder encoder_;
-  Vec3 weight_W_;  // N, of the tool
-  LineEnergy energy_;
-  LineDelay<Shown> line_in_;
-  LineDelay<Wrench> line_out_;
+  SimulatedLine line_;
   bool started_ = false;
   Time last_;
   MotionState target_state_;     // of the last tick
   MotionState motion_;           // of the handle, true
   MotionState encoded_;          // of where the encoders are, true
-  Shown counted_;                // by the energy, newest
-  Vec3 turned_W_;                // rad, the small rotations of the handle so far, as the encoders show them
-  Wrench held_D_W_;              // at the amplifiers since the last tick
   double energy_generated_ = 0;  // J, the largest that the motors had given
   std::uint64_t saturated_ticks_ = 0;
   double max_speed_ = 0;      // m/s

@@ -21,6 +21,11 @@ HardwareParts parts_of(const UsbProfile& profile, std::unique_ptr<UsbLink> link)
   parts.limits.speed_max = profile.values(&UsbAxis::speed_max);
   parts.limits.jump_tolerance = profile.values(&UsbAxis::jump_tolerance);
   parts.rate = profile.rate;
+  // A device that sends on its own has its report ready for up to a frame; one that only answers has two commands
+  // ahead.
+  const Duration frame = Duration::from_rate(profile.rate);
+  parts.delay_in = profile.asks_first ? Duration{} : frame;
+  parts.delay_out = profile.asks_first ? frame * 2 : Duration{};
   parts.buttons = static_cast<int>(profile.input.buttons.size());
   parts.resolution = profile.resolution;
   return parts;

@@ -416,8 +416,8 @@ std::unique_ptr<Kinematics> UsbProfile::make_kinematics() const {
   return std::make_unique<LinearKinematics>(directions);
 }
 
-std::array<double, 6> UsbProfile::values(double UsbAxis::*member) const {
-  std::array<double, 6> all{};
+AxisValues UsbProfile::values(double UsbAxis::*member) const {
+  AxisValues all{};
   for (std::size_t i = 0; i < axes.size(); ++i) all[i] = axes[i].*member;
   return all;
 }

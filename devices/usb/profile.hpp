@@ -51,7 +51,7 @@ struct UsbProfile {
   /// Makes the geometry.
   [[nodiscard]] std::unique_ptr<Kinematics> make_kinematics() const;
   /// The efforts and speeds of the axes.
-  [[nodiscard]] std::array<double, 6> values(double UsbAxis::*member) const;
+  [[nodiscard]] AxisValues values(double UsbAxis::*member) const;
 };
 
 /// Reads a profile. Throws YamlError with every error there is, each with file:line:column.

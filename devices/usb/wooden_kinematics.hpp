@@ -11,6 +11,7 @@ class WoodenKinematics final : public Kinematics {
  public:
   explicit WoodenKinematics(const WoodenGeometry& geometry) : arm_(geometry) {}
   [[nodiscard]] int axes() const override { return 3; }
+  [[nodiscard]] double lever() const override { return 0.1; }
   bool forward(const AxisValues& q, Pose& X_BD) noexcept override {
     X_BD = {arm_.forward({q[0], q[1], q[2]}), {}};
     return is_finite(X_BD.p);

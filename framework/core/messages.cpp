@@ -62,10 +62,10 @@ const MessageType& message_type<GripperForce>() {
 }
 
 template <>
-const MessageType& message_type<DeviceStatus>() {
-  static const MessageType type = Describe<DeviceStatus>("DeviceStatus")
-                                      .field("count", "1", &DeviceStatus::count)
-                                      .field("value", "1", &DeviceStatus::value)
+const MessageType& message_type<HardwareStatus>() {
+  static const MessageType type = Describe<HardwareStatus>("HardwareStatus")
+                                      .field("count", "1", &HardwareStatus::count)
+                                      .field("value", "1", &HardwareStatus::value)
                                       .type();
   return type;
 }

@@ -44,7 +44,7 @@ struct GripperForce {
 };
 
 /// What a device tells of itself beside its handle, in the order in which its node declares it.
-struct DeviceStatus {
+struct HardwareStatus {
   static constexpr int capacity = 16;
   std::int32_t count = 0;                ///< entries of `value` in use
   std::array<double, capacity> value{};  ///< in the units of the declaration
@@ -185,7 +185,7 @@ const MessageType& message_type<GripperState>();
 template <>
 const MessageType& message_type<GripperForce>();
 template <>
-const MessageType& message_type<DeviceStatus>();
+const MessageType& message_type<HardwareStatus>();
 template <>
 const MessageType& message_type<CouplingParameters>();
 template <>

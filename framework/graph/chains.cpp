@@ -25,10 +25,14 @@ Chains find_chains(const Plan& plan) {
   Chains chains;
   std::vector<std::size_t> first(plan.nodes.size());  // by node: the first one of its chain
   std::iota(first.begin(), first.end(), 0U);
+  std::vector<bool> drives;  // by the first node of a chain: a device is in it
+  for (const NodeSpec& node : plan.nodes) drives.push_back(node.info->actuator);
   for (const PlannedEdge& edge : plan.edges) {
-    chains.inner.push_back(is_inner(plan, edge));
-    if (!chains.inner.back()) continue;
     const std::size_t a = first[edge.from], b = first[edge.to];
+    // One device must not wait for another one's line.
+    chains.inner.push_back(is_inner(plan, edge) && (a == b || !drives[a] || !drives[b]));
+    if (!chains.inner.back()) continue;
+    drives[std::min(a, b)] = drives[a] || drives[b];
     std::replace(first.begin(), first.end(), std::max(a, b), std::min(a, b));
   }
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {

@@ -17,7 +17,8 @@ struct Chains {
   std::vector<std::vector<std::size_t>> nodes;
   std::vector<std::optional<std::size_t>> of;  ///< by node: its chain; none outside of the real-time lane
   /// By edge: true if its messages are visible to the nodes that step after the writer in the same tick. Such an edge
-  /// joins two nodes of the real-time lane with the same rate and the same policy, priority and core. It has no delay,
+  /// joins two nodes of the real-time lane with the same rate and the same policy, priority and core, and at most one
+  /// device. It has no delay,
   /// which the engine would count; its policy is not `block`, for which a loop would wait; and its reader is no sink,
   /// because the engine keeps the ramp-down from sinks.
   std::vector<bool> inner;

@@ -48,6 +48,8 @@ std::optional<std::string> text_of(const ParamValue& value, ParamKind kind) {
   const auto* text = std::get_if<std::string>(&value);
   if (kind == ParamKind::real && real != nullptr) return number_text(*real);
   if (kind == ParamKind::integer && integer != nullptr) return std::to_string(*integer);
+  const auto* boolean = std::get_if<bool>(&value);
+  if (kind == ParamKind::boolean && boolean != nullptr) return *boolean ? "true" : "false";
   if (kind == ParamKind::choice && text != nullptr) return *text;
   return std::nullopt;
 }

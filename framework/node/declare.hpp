@@ -408,8 +408,10 @@ class Declare {
     };
     return push(std::move(p));
   }
-  Declare& boolean(std::string name, bool P::*member, std::optional<bool> default_value, std::string doc) {
+  Declare& boolean(std::string name, bool P::*member, std::optional<bool> default_value, std::string doc,
+                   std::optional<Role> as_in = std::nullopt) {
     ParamInfo p = base(std::move(name), ParamKind::boolean, std::move(doc));
+    p.as_in = as_in;
     if (default_value) p.default_value = *default_value;
     p.assign = [member](void* params, const ParamValue& v) { static_cast<P*>(params)->*member = std::get<bool>(v); };
     return push(std::move(p));

@@ -70,6 +70,16 @@ void declare_gate_metrics(Declare<N>& declaration) {
                        const auto ticks = static_cast<double>(self.gate().account().ticks);
                        return ticks > 0 ? static_cast<double>(self.gate().account().engaged) / ticks : 0.0;
                      });
+  declaration.metric(
+      "device.expired_per_min", "1",
+      "ticks in a minute that found that the device had let go of the command before, because it was not "
+      "renewed in time",
+      Better::lower, [](const DeviceNode& self) {
+        const GateAccount& account = self.gate().account();
+        const auto expired = account.present[static_cast<std::size_t>(SafetyCause::expired)];
+        const double minutes = static_cast<double>(account.ticks) * self.gate().longest_tick().seconds() / 2 / 60;
+        return minutes > 0 ? static_cast<double>(expired) / minutes : 0.0;
+      });
   for (const SafetyCause cause : reported_causes) {
     const std::string name(name_of(cause));
     count("causes." + name, "times that the cause " + name + " came up", [cause](const DeviceNode& self) {

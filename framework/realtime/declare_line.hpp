@@ -32,10 +32,9 @@ void declare_line(Declare<N>& declaration) {
         .missing_where("nothing is counted: a handle that is led along a path, or one that follows another run");
   };
   declaration
-      .boolean(
-          "energy_bound", static_cast<bool P::*>(&P::energy_bound), defaults.energy_bound,
-          "bounds the energy on the line itself, by the rule of passivity.energy_bound and whatever the delay of the "
-          "line: efforts are scaled down where they could give more than has come in")
+      .boolean("energy_bound", static_cast<bool P::*>(&P::energy_bound), defaults.energy_bound,
+               "bounds the energy on the line itself, by the rule of passivity.energy_bound and with the delays "
+               "that the line knows: efforts are scaled down where they could give more than has come in")
       .real("handle_acceleration", static_cast<double P::*>(&P::handle_acceleration),
             {.doc = "largest acceleration of the handle that this bound covers",
              .unit = "m/s^2",
@@ -44,7 +43,8 @@ void declare_line(Declare<N>& declaration) {
              .max = 1e4})
       .boolean("tool_weight", static_cast<bool P::*>(&P::tool_weight), defaults.tool_weight,
                "true if the method displays the tool's weight, whose part of the energy then counts as the hand's own; "
-               "false for a proxy and for a force field");
+               "false for a proxy and for a force field",
+               Role::sink);
   metric("device.line.energy_generated_J", "J",
          "most energy that the motors had given, net, by the efforts that were in force between the samples of the "
          "encoders",

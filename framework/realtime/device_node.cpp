@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "framework/core/check.hpp"
 #include "framework/core/segment.hpp"
@@ -73,6 +74,7 @@ DeviceHealth DeviceNode::read_device(Time now) {
       if (!any_sample_) return DeviceHealth::not_ready;
       break;
     case ReadResult::failed:
+      sample_.expired = sample.expired;
       break;
   }
   return DeviceHealth::read_failed;
@@ -110,16 +112,14 @@ Duration DeviceNode::take_segment(Time now) {
 
 void DeviceNode::end_if_it_failed_for_long(Time now, DeviceHealth health) {
   if (health != DeviceHealth::read_failed && !write_failed_) {
-    failing_ = false;
+    failing_since_.reset();
     return;
   }
-  if (!failing_) {
-    failing_ = true;
-    failing_since_ = now;
-  }
-  if (now - failing_since_ < failure_timeout_ || !gate_.at_rest()) return;
+  if (!failing_since_) failing_since_ = now;
+  const Duration failing = now - *failing_since_;
+  if (failing < failure_timeout_ || !gate_.at_rest()) return;
   throw RunError("device " + name_ + " could not be " + (health == DeviceHealth::read_failed ? "read" : "written") +
-                 " for " + std::to_string((now - failing_since_).seconds()) + " s: " + failure());
+                 " for " + std::to_string(failing.seconds()) + " s: " + failure());
 }
 
 void DeviceNode::step(StepContext& context) {
@@ -142,13 +142,7 @@ void DeviceNode::step(StepContext& context) {
   input.dead_man_held =
       dead_man_button_ == 0 || (static_cast<std::uint32_t>(sample_.state.buttons) >> (dead_man_button_ - 1) & 1U) != 0;
   input.in_workspace = sample_.in_workspace;
-  if (sample_.expired) {
-    // What the device did meanwhile, for who counts its energy: before the command of this tick.
-    commanded.send(std::min(std::max(*sample_.expired, ticked_ + Duration{1}), now), {});
-    sample_.expired.reset();
-    input.expired = true;
-  }
-  ticked_ = now;
+  input.expired = std::exchange(sample_.expired, false);
   input.permitted = context.phase() == Phase::running;
 
   const SafetyOutput output = gate_.tick(input);

@@ -15,7 +15,7 @@ namespace tactor {
 struct DeviceParams : SafetyLimits {
   double rate = 1000;  ///< Hz, of the ticks
   /// 1 for the first bit of DeviceState::buttons; 0: there is none; absent: the first one, where the device has one.
-  std::optional<std::int32_t> dead_man_button = 0;
+  std::optional<std::int32_t> dead_man_button;
   Duration failure_timeout{1'000'000'000};  ///< a device that fails for longer ends the run
   Duration sample_age_max{500'000'000};     ///< a force that was made from an older device sample is not fresh
 };
@@ -25,9 +25,7 @@ struct DeviceSample {
   DeviceState state;
   Time time;  ///< of the state
   bool in_workspace = true;
-  /// Since when the motors have not had what was commanded, because it was not renewed in time; absent: that has not
-  /// happened since the last reading.
-  std::optional<Time> expired;
+  bool expired = false;  ///< since the last reading the motors have let go of a command that was not renewed in time
 };
 
 /// The causes that each have a metric of their own.
@@ -107,11 +105,9 @@ class DeviceNode : public Node {
   SafetyGate gate_;
 
   DeviceSample sample_;
-  Time ticked_;  // the last time
   bool any_sample_ = false;
   bool write_failed_ = false;  // at the last tick
-  bool failing_ = false;
-  Time failing_since_;
+  std::optional<Time> failing_since_;
 
   ForceSegment newest_;
   bool any_segment_ = false;

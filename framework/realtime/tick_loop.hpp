@@ -133,7 +133,8 @@ void run_ticks(Clock& clock, const TickSchedule& schedule, Instant origin, std::
 
 /// The same where something else sets the pace: calls the body at each beat, with the time of that beat as the tick's
 /// deadline, and where none comes half a period late, at that time and then each period. Beats that come sooner than
-/// three quarters of a period after a tick are let pass. Periods without a tick are missed ones. `pace` is a Pace.
+/// three quarters of a period after a beat that made a tick are let pass. Periods without a tick are missed ones.
+/// `pace` is a Pace.
 template <class Clock, class Beats, class Body>
 void run_ticks_by(Clock& clock, Beats& pace, const TickSchedule& schedule, Instant origin, std::int64_t warm_up,
                   const std::atomic<bool>& stop, LoopStatistics& metrics, Body&& body) {
@@ -142,25 +143,30 @@ void run_ticks_by(Clock& clock, Beats& pace, const TickSchedule& schedule, Insta
   const auto periods = [&](double n) { return Duration::from_seconds(n / schedule.rate()); };
   ElapsedTime elapsed(clock, origin, metrics.clock_steps);
   TickMeter meter(metrics, warm_up, schedule.rate());
+  const auto newest = [&] { return Time{} + (pace.newest() - elapsed.instant_of(Time{})); };
   Time now = elapsed.now();
+  const auto sleep_to = [&](Time until) {
+    while (now < until && !stop.load(std::memory_order_acquire)) {
+      clock.sleep_until(elapsed.instant_of(std::min(until, now + longest_sleep)));
+      now = elapsed.now();
+    }
+  };
+  sleep_to(Time{});
   Time last = Time{} - period;
   std::int64_t number = -1;
   bool in_time = false;
-  const auto sleeps = [&](Time until) { return now < until && !stop.load(std::memory_order_acquire); };
   while (true) {
-    for (const Time until = last + periods(soonest); sleeps(until); now = elapsed.now()) {
-      clock.sleep_until(elapsed.instant_of(std::min(until, now + longest_sleep)));
-    }
-    const auto came_after = [&] { return Time{} + (pace.newest() - elapsed.instant_of(Time{})) > last; };
+    const Time first = in_time ? last + periods(soonest) : last;
     const Time until = last + periods(in_time ? latest : 1);
-    for (std::uint32_t seen = pace.beats(); !came_after() && sleeps(until); now = elapsed.now()) {
+    sleep_to(first);
+    for (std::uint32_t seen = pace.beats(); newest() <= first && now < until; now = elapsed.now()) {
+      if (stop.load(std::memory_order_acquire)) break;
       pace.wait(seen, elapsed.instant_of(std::min(until, now + longest_sleep)));
       seen = pace.beats();
     }
     if (stop.load(std::memory_order_acquire)) break;
-    in_time = came_after();
-    const Time beat = Time{} + (pace.newest() - elapsed.instant_of(Time{}));
-    const Time due = std::max(Time{}, in_time ? beat : std::max(until, now - period));
+    in_time = newest() > first;
+    const Time due = std::max(Time{}, in_time ? newest() : std::max(until, now - period));
     metrics.wake_latency.record(now - due);
     const auto passed = static_cast<std::int64_t>((due - last).seconds() * schedule.rate() + 0.25);
     const std::int64_t missed = std::max<std::int64_t>(0, passed - 1);

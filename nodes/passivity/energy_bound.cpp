@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "framework/math/energy_ramp.hpp"
+#include "framework/core/energy_ramp.hpp"
 
 namespace tactor {
 

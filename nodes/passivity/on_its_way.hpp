@@ -13,6 +13,9 @@ namespace tactor {
 /// The most ticks from the newest sample of a device to a command that something can be said of.
 inline constexpr int most_ahead = 16;
 
+/// Ticks for which a device keeps a command that is not renewed.
+inline constexpr int held_ticks = 2;
+
 /// Ticks from the newest sample, of the time `shown`, to the first tick after now: from 1 to `most_ahead`.
 inline int ticks_ahead(Time shown, Time now, Duration tick) {
   const std::int64_t since = std::max<std::int64_t>(0, (now - shown).ns);

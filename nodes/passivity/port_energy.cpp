@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nodes/passivity/on_its_way.hpp"
+
 namespace tactor {
 
 namespace {
@@ -23,16 +25,27 @@ double PortEnergy::most() const {
   return options_.kept + (dot(held_.force, held_.force) + turning) / (2 * options_.stiffness);
 }
 
-void PortEnergy::hold(const Stamped<Wrench>& wrench) {
-  const Wrench change = wrench.value - held_;
+void PortEnergy::hold(const Wrench& wrench) {
+  const Wrench change = wrench - held_;
   energy_ -= 0.5 * options_.pessimism *
              (options_.step * one_norm(change.force) + options_.step_angle * one_norm(change.torque));
-  held_ = wrench.value;
+  held_ = wrench;
   if (!options_.torque) held_.torque = {};
   const Wrench counted = held();
-  acting_.hold(wrench.stamp.valid, counted);
   of_rounding_ =
       std::max(of_rounding_, options_.step * norm(counted.force) + options_.step_angle * norm(counted.torque));
+}
+
+/// J, that the held wrench has given over the way of the last `dt` s.
+double PortEnergy::given(const SmallMotion& way, double dt) const {
+  constexpr double late = 2.5;  // ticks
+  const double tick = options_.tick.seconds();
+  if (tick == 0 || dt <= late * tick) return work(held(), way);
+  const double acted = held_ticks * tick;
+  const double farther = options_.acceleration * acted * 0.5 * (acted + mean_over_);
+  const Wrench wrench = held();
+  return work(wrench, {acted * mean_velocity_.v, acted * mean_velocity_.w}) +
+         std::hypot(norm(wrench.force), norm(wrench.torque) / options_.lever) * farther;
 }
 
 void PortEnergy::take_state(const Stamped<DeviceState>& state) {
@@ -43,11 +56,9 @@ void PortEnergy::take_state(const Stamped<DeviceState>& state) {
     if (options_.torque) way.r = to_rotation_vector(X.R * inverse(before.R));
     const double dt = (state.stamp.valid - at()).seconds();
     energy_ += options_.damping * (dot(way.x, way.x) + options_.lever * options_.lever * dot(way.r, way.r)) / dt;
-    const ActingWrench::Leg leg = acting_.leg(at(), state.stamp.valid);
-    const double given = work(leg.mean, way);
-    energy_ -= options_.acceleration * (leg.uneven_force + leg.uneven_torque / options_.lever);
-    energy_ = std::min(energy_ - given, most());
-    of_tick_ = std::max(of_tick_, std::abs(given));
+    const double gave = given(way, dt);
+    energy_ = std::min(energy_ - gave, most());
+    of_tick_ = std::max(of_tick_, std::abs(gave));
     least_ = std::min(least_, energy_);
     mean_velocity_ = {(1 / dt) * way.x, (1 / dt) * way.r};
     mean_over_ = dt;
@@ -58,7 +69,7 @@ void PortEnergy::take_state(const Stamped<DeviceState>& state) {
 
 void PortEnergy::take(Input<DeviceState>& device, Input<Wrench>& commanded) {
   samples_.take(
-      device, commanded, [this](const Stamped<Wrench>& wrench) { hold(wrench); },
+      device, commanded, [this](const Wrench& wrench) { hold(wrench); },
       [this](const Stamped<DeviceState>& state) { take_state(state); });
 }
 

@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "framework/core/messages.hpp"
-#include "nodes/passivity/acting_wrench.hpp"
 #include "nodes/passivity/port_samples.hpp"
 
 namespace tactor {
@@ -25,11 +24,12 @@ struct PortEnergyOptions {
   double step = 0;          ///< m, of the position encoders
   double step_angle = 0;    ///< rad, of the angle encoders
   double pessimism = 0;     ///< share of the worst case of their rounding that is taken off
+  double acceleration = 0;  ///< m/s^2, the greatest of the handle
+  Duration tick;            ///< of the device; zero: its commands act until the next one
   double damping = 0;       ///< N s/m, of the device against the world; what it takes is added
   double start = 0;         ///< J, at the begin
   double kept = 0;          ///< J, that are kept at any force
   double stiffness = 0;     ///< N/m, above 0, of the softest spring that is displayed
-  double acceleration = 0;  ///< m/s^2, the greatest of the handle
   Vec3 weight_W;            ///< N, of the tool: a motion along it gives that energy to what is displayed
   double lever = 0;         ///< m, above 0: an angle counts as this times as much way, a torque as its part of a force
   bool torque = true;       ///< false: the scene has none
@@ -53,9 +53,8 @@ struct PortEnergyOptions {
 /// which was there at the begin. It is counted by the way of the handle, while something is commanded, so that no
 /// closed path gains from it.
 ///
-/// Between two samples the wrench may change: a device whose samples are older than its commands, or one that has let
-/// go of a command that expired. Then the way is shared by time, and what an uneven way could give in addition is taken
-/// off.
+/// Late: a device lets go of a command that it has not renewed for two ticks. Over a longer way the energy of these two
+/// is taken from the velocity that the handle had, with what it may have gone faster.
 ///
 /// The equation holds where the wrench acts from tick to tick and where it is commanded: amplifiers without lag, lines
 /// without delay.
@@ -89,12 +88,12 @@ class PortEnergy {
 
  private:
   void take_state(const Stamped<DeviceState>& state);
-  void hold(const Stamped<Wrench>& wrench);
+  [[nodiscard]] double given(const SmallMotion& way, double dt) const;
+  void hold(const Wrench& wrench);
   [[nodiscard]] double most() const;
 
   PortEnergyOptions options_;
   PortSamples samples_;
-  ActingWrench acting_;  // its counted part
   Twist velocity_, mean_velocity_;
   double mean_over_ = 0;
   Wrench held_;

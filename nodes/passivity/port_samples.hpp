@@ -14,8 +14,8 @@ namespace tactor {
 /// not later than the one before.
 class PortSamples {
  public:
-  /// Calls `on_wrench(const Stamped<Wrench>&)` and `on_sample(const Stamped<DeviceState>&)` for all that has come.
-  /// Before and in `on_sample`, `newest()` is the sample before that one.
+  /// Calls `on_wrench(const Wrench&)` and `on_sample(const Stamped<DeviceState>&)` for all that has come. Before and in
+  /// `on_sample`, `newest()` is the sample before that one.
   template <class OnWrench, class OnSample>
   void take(Input<DeviceState>& device, Input<Wrench>& commanded, OnWrench on_wrench, OnSample on_sample) {
     Stamped<DeviceState> sample;
@@ -40,7 +40,7 @@ class PortSamples {
     for (;;) {
       if (!has_next_) has_next_ = wrenches_.next(commanded, next_);
       if (!has_next_ || (end != nullptr && next_.stamp.valid >= *end)) return;
-      if (is_finite(next_.value)) on_wrench(next_);
+      if (is_finite(next_.value)) on_wrench(next_.value);
       has_next_ = false;
     }
   }

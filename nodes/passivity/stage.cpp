@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "framework/core/energy_ramp.hpp"
 #include "framework/core/segment.hpp"
-#include "framework/math/energy_ramp.hpp"
 
 namespace tactor {
 
@@ -20,11 +20,12 @@ PortEnergyOptions options_of(const StageParams& params, double damping, const No
   return {.step = params.encoder_step,
           .step_angle = params.encoder_step_angle,
           .pessimism = params.rounding,
+          .acceleration = params.acceleration,
+          .tick = Duration::from_rate(params.rate),
           .damping = damping,
           .start = params.start_energy,
           .kept = params.kept_energy,
           .stiffness = params.stiffness_min,
-          .acceleration = params.acceleration,
           .weight_W = params.tool_weight ? weight_of_tool(*context.scene) : Vec3{},
           .lever = params.lever,
           .torque = context.torque};

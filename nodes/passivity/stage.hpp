@@ -218,7 +218,8 @@ void declare_stage(Declare<N>& node) {
   declare_budget(node);
   node.boolean("tool_weight", static_cast<bool P::*>(&P::tool_weight), true,
                "true if the method displays the tool's weight, whose part of the energy then counts as the hand's own; "
-               "false for a proxy and for a force field")
+               "false for a proxy and for a force field",
+               Role::sink)
       .haptic_rate(static_cast<double P::*>(&P::rate), {.doc = "ticks per second"})
       .metric("passivity.changed_share", "1", "share of the steps whose wrench was not passed on", Better::lower,
               &PassivityStage::changed_share)

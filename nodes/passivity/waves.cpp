@@ -123,17 +123,14 @@ void Waves::start(StepContext& context) {
   parameters.send(context.now(), {.b_t = params_.impedance, .force_max = no_limit, .torque_max = no_limit});
 }
 
-void Waves::hold(const Stamped<Wrench>& wrench) {
-  held_ = without_weight(wrench.value.force);
-  acting_.hold(wrench.stamp.valid, {held_, {}});
-}
-
 void Waves::take_sample(const Stamped<DeviceState>& sample) {
   const Vec3& p = sample.value.X_WD.p;
   if (samples_.started()) {
     const Stamped<DeviceState>& before = samples_.newest();
-    const Wrench mean = acting_.leg(before.stamp.valid, sample.stamp.valid).mean;
-    end_.advance(sample.stamp.valid, p - before.value.X_WD.p, mean.force);
+    const Duration over = sample.stamp.valid - before.stamp.valid;
+    // A device lets go of a command that it has not renewed: its mean over the time counts.
+    const double acted = over > tick_ * held_ticks ? (tick_ * held_ticks).seconds() / over.seconds() : 1;
+    end_.advance(sample.stamp.valid, p - before.value.X_WD.p, acted * held_);
     return;
   }
   end_.start(sample.stamp.valid, p);
@@ -202,7 +199,7 @@ void Waves::send_force(Time now) {
 
 void Waves::step(StepContext& context) {
   samples_.take(
-      device, commanded, [this](const Stamped<Wrench>& wrench) { hold(wrench); },
+      device, commanded, [this](const Wrench& wrench) { held_ = without_weight(wrench.force); },
       [this](const Stamped<DeviceState>& sample) { take_sample(sample); });
   if (!samples_.started()) return;
   send_wave();

@@ -6,7 +6,6 @@
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
-#include "nodes/passivity/acting_wrench.hpp"
 #include "nodes/passivity/on_its_way.hpp"
 #include "nodes/passivity/port_samples.hpp"
 #include "nodes/passivity/wave_end.hpp"
@@ -53,7 +52,6 @@ class Waves final : public Node {
   Output<ForceSegment> segment;
 
  private:
-  void hold(const Stamped<Wrench>& wrench);
   void take_sample(const Stamped<DeviceState>& sample);
   void send_wave();
   [[nodiscard]] Vec3 without_weight(const Vec3& f) const;
@@ -66,7 +64,6 @@ class Waves final : public Node {
   Vec3 weight_W_;  // N, of the tool
   WaveEnd end_;
   PortSamples samples_;
-  ActingWrench acting_;  // without the weight
   NewMessages<PhysicsState> new_results_;
   Vec3 held_;   // N, commanded now, without the weight
   Time begin_;  // of the line

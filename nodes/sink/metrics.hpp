@@ -28,6 +28,8 @@ class Metrics final : public Node {
     double encoder_step = 0;        // m
     double encoder_step_angle = 0;  // rad
     bool tool_weight = true;        // the method displays it
+    double delay_in = 0;            // s, of the device's line
+    double delay_out = 0;           // s
   };
   Metrics(const Params& params, const NodeContext& context);
   static NodeInfo declare();

@@ -29,7 +29,7 @@ void make_core_types_known() {
        {&message_type<Wrench>(), &message_type<Target>(), &message_type<DeviceState>(),
         &message_type<CouplingParameters>(), &message_type<PhysicsState>(), &message_type<BodyStates>(),
         &message_type<ContactSet>(), &message_type<Forecast>(), &message_type<GripperState>(),
-        &message_type<GripperForce>(), &message_type<DeviceStatus>(), &message_type<ForceSegment>(),
+        &message_type<GripperForce>(), &message_type<HardwareStatus>(), &message_type<ForceSegment>(),
         &message_type<SafetyState>()}) {
     make_known(*type);
   }

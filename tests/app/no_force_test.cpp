@@ -42,7 +42,9 @@ class Arm final : public DeviceNode {
   Arm(const Params& params, const NodeContext& context) : DeviceNode(params, context, params.buttons), is_(params.is) {}
   static NodeInfo declare() {
     Declare<Arm> node("test.arm", "A device with something in its way.");
-    declare_device(node);
+    DeviceParams defaults;
+    defaults.dead_man_button = 0;
+    declare_device(node, defaults);
     node.choice("is", &Params::is,
                 {{"well", Params::Is::well},
                  {"silent", Params::Is::silent},

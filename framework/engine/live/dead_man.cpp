@@ -13,15 +13,25 @@ bool lacks_dead_man(const NodeSpec& spec, const Node& node) {
   return device == nullptr || device->lacks_dead_man();
 }
 
+std::string told_of(const NodeSpec& spec, const DeviceNode& device) {
+  const std::int32_t button = device.account().dead_man_button;
+  const std::string node = spec.name + " (" + spec.info->type + ")";
+  if (button > 0) return "hold button " + std::to_string(button) + " of " + node + " to get a force";
+  return "no button stops the force of " + node + ", as its dead_man_button: 0 says";
+}
+
 }  // namespace
 
-void check_dead_man(const PlanNodes& nodes, const Ask& ask) {
+void check_dead_man(PlanNodes& nodes, const Ask& ask) {
   const Plan& plan = nodes.plan();
   Diagnostics refused;
   std::string names;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     const NodeSpec& spec = plan.nodes[n];
-    if (!lacks_dead_man(spec, nodes[n])) continue;
+    if (!lacks_dead_man(spec, nodes[n])) {
+      if (spec.info->hardware) nodes.note(told_of(spec, dynamic_cast<const DeviceNode&>(nodes[n])));
+      continue;
+    }
     names += (names.empty() ? "" : " and ") + spec.name + " (" + spec.info->type + ")";
     refused.error(spec.place,
                   "nodes." + spec.name + ": expected a dead-man button, because " + spec.info->type +

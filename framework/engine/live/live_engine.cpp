@@ -14,9 +14,6 @@ namespace tactor {
 
 namespace {
 
-/// How long after a tick the engine first looks for what the loop sent, and how often again until it is there.
-constexpr Duration look_after{60'000};
-constexpr Duration look_again{100'000};
 /// In the pool the CPU time of every this many steps is read: reading it is a system call, and two of them would take
 /// longer than a message between light nodes. A prime, so that it falls in step with no pattern of a graph.
 constexpr std::uint64_t steps_a_measurement = 7;
@@ -300,14 +297,7 @@ void LiveEngine::publish_tick(RealtimeLane& loop) {
 
 Time LiveEngine::next_look(Time now) const {
   Time look = now + watch_period;
-  for (const auto& loop : loops_) {
-    const std::int64_t due = loop->schedule().last_due(now);
-    const LoopStatistics& metrics = loop->loop().metrics();
-    const Time next_tick = loop->schedule().deadline(due + 1);
-    // A tick that is due and has not been made yet is looked for soon, the next one when it will have been made.
-    const bool awaited = due >= 0 && metrics.ended.value() + metrics.missed.value() <= due;
-    look = std::min(look, awaited ? std::min(now + look_again, next_tick) : next_tick + look_after);
-  }
+  for (const auto& loop : loops_) look = std::min(look, loop->next_look(now));
   return look;
 }
 

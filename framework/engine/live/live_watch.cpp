@@ -115,7 +115,7 @@ void LiveEngine::look_for_failure(std::size_t node) {
   try {
     std::rethrow_exception(thrown);
   } catch (const std::exception& e) {
-    fail(e.what() + shared_text(node));
+    fail(e.what());
   }
 }
 
@@ -210,7 +210,7 @@ void LiveEngine::finish(const Attendance& attendance) {
     abandoned_ = true;
     const std::scoped_lock lock(mutex_);
     const std::size_t n = loop->stepping();
-    fail("device node " + plan_.nodes[n].name + " does not come back from its step" + shared_text(n));
+    fail("node " + plan_.nodes[n].name + " does not come back from its step" + shared_text(n));
   }
   attend_until(attendance, longest_step_at_end, [this] {
     const std::scoped_lock lock(mutex_);
@@ -224,7 +224,9 @@ void LiveEngine::finish(const Attendance& attendance) {
       fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") does not come back from its step");
     }
     for (const std::size_t n : devices_not_at_rest()) {
-      fail("device node " + plan_.nodes[n].name + " has not stopped: its last force may still act");
+      // Beside whatever else was wrong, since a person has it in the hand.
+      const std::string text = "device node " + plan_.nodes[n].name + " has not stopped: its last force may still act";
+      fail(failure_ ? std::exchange(failure_, std::nullopt).value() + "; " + text : text);
     }
     drain_loops();
   }

@@ -12,6 +12,9 @@ namespace {
 
 /// Room for a quarter of a second of a 1 kHz device, should the engine be kept from draining.
 constexpr std::size_t ticks_held = 256;
+/// How long after a tick the engine first looks for what the loop sent, and how often again until it is there.
+constexpr Duration look_after{60'000};
+constexpr Duration look_again{100'000};
 /// Messages that a tick of a node may send.
 constexpr std::size_t most_sent = 16;
 
@@ -28,6 +31,13 @@ double rate_of(const NodeSpec& spec) {
   return std::get<double>(spec.params[*spec.info->rate_parameter]);
 }
 
+Pace* pace_of(PlanNodes& nodes, const std::vector<std::size_t>& chain) {
+  for (const std::size_t n : chain) {
+    if (Pace* const pace = nodes[n].pace()) return pace;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 RealtimeLane::RealtimeLane(PlanNodes& nodes, const Chains& chains, std::size_t chain, const ThreadSettings& settings)
@@ -35,9 +45,12 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, const Chains& chains, std::size_t c
       left_(chains.nodes[chain].size()),
       out_payload_(largest_payload(nodes.plan(), chains.nodes[chain])),
       sent_payloads_(most_sent, out_payload_.size()),
-      loop_(
-          {.name = nodes.plan().nodes[chains.nodes[chain].front()].name, .rate = schedule_.rate(), .thread = settings},
-          [this](const Tick& t) { tick(t); }) {
+      pace_(pace_of(nodes, chains.nodes[chain])),
+      loop_({.name = nodes.plan().nodes[chains.nodes[chain].front()].name,
+             .rate = schedule_.rate(),
+             .thread = settings,
+             .pace = pace_},
+            [this](const Tick& t) { tick(t); }) {
   for (const std::size_t n : chains.nodes[chain]) {
     nodes_.push_back(std::make_unique<LaneNode>(nodes, n, chains.inner, ports_.size()));
     const std::size_t outputs = nodes.plan().nodes[n].info->outputs.size();
@@ -77,6 +90,22 @@ bool RealtimeLane::take_tick() {
     sent_.push_back({port.node, port.output, header.stamp.valid, payload});
   }
   return false;
+}
+
+Time RealtimeLane::next_look(Time now) const {
+  // A tick that is due and has not been made yet is looked for soon, the next one when it will have been made.
+  if (pace_ != nullptr) {
+    const Duration period = Duration::from_rate(schedule_.rate());
+    const Time first = deadline_ + period + look_after;
+    if (now < first) return first;
+    if (loop_.metrics().begun.value() != loop_.metrics().ended.value()) return now + look_again;
+    return now + (now < first + period * 3 ? look_again : period);
+  }
+  const LoopStatistics& metrics = loop_.metrics();
+  const std::int64_t due = schedule_.last_due(now);
+  const Time next_tick = schedule_.deadline(due + 1);
+  const bool awaited = due >= 0 && metrics.ended.value() + metrics.missed.value() <= due;
+  return awaited ? std::min(now + look_again, next_tick) : next_tick + look_after;
 }
 
 void RealtimeLane::tick(const Tick& tick) {

@@ -55,7 +55,8 @@ class RealtimeLane {
   [[nodiscard]] const TickEvent& event() const { return event_; }
   [[nodiscard]] Time deadline() const { return deadline_; }
 
-  [[nodiscard]] const TickSchedule& schedule() const { return schedule_; }
+  /// When the engine is to look for what the next tick sends.
+  [[nodiscard]] Time next_look(Time now) const;
   [[nodiscard]] const PeriodicLoop& loop() const { return loop_; }
   /// The node whose step is under way; between two ticks the first of the chain.
   [[nodiscard]] std::size_t stepping() const { return nodes_[stepping_.load(std::memory_order_relaxed)]->node(); }
@@ -85,6 +86,7 @@ class RealtimeLane {
   Time deadline_;
   std::atomic<Phase> phase_{Phase::starting};
   std::atomic<std::size_t> stepping_{0};  // a position in `nodes_`
+  Pace* const pace_;                      // of a node, in place of the schedule; null: none
   PeriodicLoop loop_;
 };
 

@@ -36,16 +36,27 @@ AxisLimits three_axes() {
   limits.axes = 3;
   limits.role[2] = AxisRole::sensed;
   limits.effort_max = {10, 4, 0};
+  limits.speed_max = {2, 2, 2};
   return limits;
+}
+
+LineEnergyOptions energy_of(const AxisLimits& limits) {
+  LineEnergyOptions options;
+  options.axes = limits.axes;
+  options.held = options.period * 2;
+  return options;
 }
 
 /// A line on which the test makes the time.
 struct Line {
-  explicit Line(const AxisLimits& limits, const CommandTiming& timing = {}) : cycle("rig", limits, timing) {}
+  explicit Line(const AxisLimits& limits, const CommandTiming& timing = {})
+      : cycle("rig", limits, timing, energy_of(limits)) {}
   bool open(const LinkLimits& theirs = {}) {
     LinkFailure failure;
     const bool good = cycle.opened(theirs, failure);
     why = failure.text;
+    now = MonotonicClock::now();
+    cycle.newest(report);
     return good;
   }
   const LinkReport& show(const LinkSample& sample) {
@@ -56,7 +67,7 @@ struct Line {
   }
   /// The loop commands, and the line has a cycle `later` ns after that.
   AxisValues pass(const AxisValues& effort, std::int64_t later = 0) {
-    cycle.command(now, {effort});
+    cycle.command(now, {effort, {}, Duration{4 * ms}});
     return after(later);
   }
   AxisValues after(std::int64_t later) {
@@ -168,9 +179,9 @@ BOOST_AUTO_TEST_CASE(axes_that_cannot_be_are_refused) {
   const auto refused = [](const std::function<void(AxisLimits&)>& spoil, const std::string& part) {
     AxisLimits limits = seven_axes();
     spoil(limits);
-    BOOST_CHECK_EXCEPTION(LineCycle("rig", limits, {}), InputError, [&](const InputError& error) {
-      return std::string(error.what()).find(part) != std::string::npos;
-    });
+    BOOST_CHECK_EXCEPTION(
+        LineCycle("rig", limits, {}, energy_of(seven_axes())), InputError,
+        [&](const InputError& error) { return std::string(error.what()).find(part) != std::string::npos; });
   };
   refused([](AxisLimits& limits) { limits.axes = 9; }, "expected 1 to 8, found 9");
   refused([](AxisLimits& limits) { limits.axes = 0; }, "expected 1 to 8, found 0");
@@ -182,12 +193,11 @@ BOOST_AUTO_TEST_CASE(axes_that_cannot_be_are_refused) {
       },
       "3 or 6 of a pose, found 5");
   refused([](AxisLimits& limits) { limits.effort_max[1] = std::numeric_limits<double>::infinity(); },
-          "a finite largest effort of axis 2");
+          "a finite largest effort and speed of axis 2");
 }
 
 BOOST_AUTO_TEST_CASE(a_command_expires_and_the_next_one_comes_back_over_the_time_of_the_slew_limit) {
-  const CommandTiming timing{
-      .age_max = Duration{50 * ms}, .expires_after = Duration{2 * ms}, .return_time = Duration{4 * ms}};
+  const CommandTiming timing{.age_max = Duration{50 * ms}, .expires_after = Duration{2 * ms}};
   Line line(seven_axes(), timing);
   BOOST_TEST(line.open());
   line.pass({});
@@ -211,8 +221,41 @@ BOOST_AUTO_TEST_CASE(a_command_expires_and_the_next_one_comes_back_over_the_time
   BOOST_TEST(line.pass({4}, ms)[0] == 4.0);
 }
 
+BOOST_AUTO_TEST_CASE(a_loop_that_is_late_again_and_again_is_cut) {
+  Line line(seven_axes(), {.age_max = Duration{50 * ms}, .expires_after = Duration{2 * ms}});
+  BOOST_TEST(line.open());
+  line.pass({});
+  int expired = 0;
+  for (; line.report.cuts == 1U && expired < 100; ++expired) {
+    line.pass({4}, ms);
+    line.after(2 * ms);
+  }
+  BOOST_TEST(expired == 11);
+  BOOST_TEST(line.pass({4}, ms)[0] == 0.0);
+  // Now and then is no more than late.
+  line.pass({}, ms);
+  for (int i = 0; i < 50; ++i) {
+    line.pass({4}, ms);
+    line.after(2 * ms);
+    for (int k = 0; k < 150; ++k) line.pass({4}, ms);
+  }
+  BOOST_TEST(line.report.cuts == 2U);
+}
+
+BOOST_AUTO_TEST_CASE(a_device_that_is_not_ready_is_not_believed) {
+  Line line(seven_axes());
+  BOOST_TEST(line.open());
+  LinkSample sample;
+  sample.R_BD = {0, 0, 0, 0};
+  BOOST_TEST((line.show(sample).verdict == Plausibility::Verdict::jumped));
+  sample.R_BD = from_rotation_vector({0, 1, 0});
+  sample.q[0] = 0.05;
+  BOOST_TEST((line.show(sample).verdict == Plausibility::Verdict::good));
+  BOOST_TEST(line.cycle.metrics().jumps.value() == 0);
+}
+
 BOOST_AUTO_TEST_CASE(a_zero_does_not_expire) {
-  const CommandTiming timing{.expires_after = Duration{2 * ms}, .return_time = Duration{4 * ms}};
+  const CommandTiming timing{.expires_after = Duration{2 * ms}};
   Line line(seven_axes(), timing);
   BOOST_TEST(line.open());
   line.pass({});

@@ -61,6 +61,8 @@ class Bench {
     device().safety.clear_pending();
     now_ = now_ + period_;
   }
+  /// Lets ticks pass that the device misses.
+  void miss(int ticks) { now_ = now_ + period_ * ticks; }
   [[nodiscard]] std::map<std::string, double> metrics() { return metrics_of(device()); }
 
   std::optional<DeviceState> shown;

@@ -227,4 +227,33 @@ BOOST_AUTO_TEST_CASE(an_open_loop_needs_no_following) {
   BOOST_TEST(bench.metrics().count("device.energy_generated_J") == 0U);
 }
 
+BOOST_AUTO_TEST_CASE(motors_let_go_of_a_command_after_two_ticks_and_of_what_is_on_the_line) {
+  // A free handle: its speed tells for how long the motors pushed.
+  const std::map<std::string, ParamValue> free =
+      with({{"hand_damping", 0.0}, {"hand_stiffness", 0.0}, {"hand_mass", 0.0}, {"mass", 0.5}}, smooth_loop);
+  for (const int missed : {1, 2, 20}) {
+    Bench bench(free, false);
+    bench.target({});
+    bench.segment(constant_segment(bench.now(), {{2, 0, 0}, {}}));
+    for (int i = 0; i < 20; ++i) bench.tick();
+    const double before = bench.truth.V_WD.v.x;
+    bench.miss(missed);
+    bench.tick();
+    constexpr double pushed = 2e-3;  // s, whether the next tick came after 2, 3 or 21 ms
+    BOOST_TEST(std::abs(bench.truth.V_WD.v.x - before - 2 / 0.5 * pushed) < 1e-9);
+    BOOST_TEST(bench.metrics().count("device.causes.expired") == (missed > 1 ? 1U : 0U));
+  }
+  Bench late(with({{"delay_out", 0.003}}, free), false);
+  late.target({});
+  late.segment(constant_segment(late.now(), {{2, 0, 0}, {}}));
+  for (int i = 0; i < 20; ++i) late.tick();
+  late.miss(20);
+  late.tick();
+  const double after = late.truth.V_WD.v.x;
+  for (int i = 0; i < 3; ++i) late.tick();
+  BOOST_TEST(std::abs(late.truth.V_WD.v.x - after) < 1e-12);
+  late.tick();
+  BOOST_TEST(late.truth.V_WD.v.x > after);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -62,6 +62,14 @@ BOOST_FIXTURE_TEST_CASE(two_devices_without_an_edge_have_a_loop_each, Fixture) {
   check({{other, stage}, {device}}, {true});
 }
 
+BOOST_FIXTURE_TEST_CASE(two_devices_that_a_stage_joins_do_not_wait_for_one_another, Fixture) {
+  const auto other = b.node("other", actor, {1000.0}, in_loop);
+  connect(device, stage);
+  connect(stage, other);
+  connect(stage, device);
+  check({{device, stage}, {other}}, {true, false, true});
+}
+
 BOOST_FIXTURE_TEST_CASE(another_rate_priority_policy_or_core_has_a_loop_of_its_own, Fixture) {
   using enum SchedulingPolicy;
   const auto slow = add("slow", in_loop, 500), fast = add("fast", {Lane::realtime, "", fifo, 80, {}}),

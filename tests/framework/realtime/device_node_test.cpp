@@ -516,4 +516,25 @@ BOOST_AUTO_TEST_CASE(a_step_allocates_nothing) {
   BOOST_TEST(bench.metrics().at("device.stale") > 1.0);
 }
 
+BOOST_AUTO_TEST_CASE(after_the_device_has_let_go_the_force_starts_from_zero) {
+  Bench bench;
+  bench.feed(push, 300);
+  BOOST_TEST(bench.commanded.force.y == 4.0);
+  bench.now = bench.now + ms * 9;
+  bench.device().shown.expired = true;
+  bench.feed(push, 1);
+  BOOST_TEST(std::abs(bench.commanded.force.y - 4) < 1e-12);  // two periods of 2 N, from zero
+  bench.feed(push, 1);
+  BOOST_TEST(std::abs(bench.commanded.force.y - 2) < 1e-12);
+  bench.device().shown.expired = false;
+  bench.feed(push, 1);
+  BOOST_TEST(bench.commanded.force.y == 4.0);
+  BOOST_TEST(bench.metrics().at("device.causes.expired") == 1);
+  // Told with a reading that failed, too.
+  bench.device().shown.expired = true;
+  bench.device().answer = ReadResult::failed;
+  bench.feed(push, 1);
+  BOOST_TEST(is_zero(bench.commanded));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

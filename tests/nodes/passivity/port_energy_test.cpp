@@ -158,4 +158,25 @@ BOOST_AUTO_TEST_CASE(samples_that_are_not_finite_or_not_later_are_left_out) {
   BOOST_TEST(std::abs(port.energy.energy() + 0.5) < 1e-15);
 }
 
+BOOST_AUTO_TEST_CASE(a_device_that_comes_late_is_charged_for_the_two_ticks_that_it_held) {
+  PortEnergyOptions options = plain;
+  options.acceleration = 60;
+  options.tick = Duration{1'000'000};
+  Port port(options);
+  const Wrench push{{5, 0, 0}, {}};
+  port.tick({{0, 0, 0}, {}}, push);
+  port.tick({{0.0005, 0, 0}, {}}, push);  // 0.5 m/s
+  BOOST_TEST(std::abs(port.energy.energy() + 5 * 0.0005) < 1e-15);
+  // The next tick is 10 ms later; the hand has pulled the handle back meanwhile.
+  port.n = 11;
+  port.tick({{-0.01, 0, 0}, {}}, push);
+  const double held = 2e-3, farther = 60 * held * (0.5 * held + 0.5 * 1e-3);
+  BOOST_TEST(std::abs(port.energy.energy() + 5 * (0.0005 + 0.5 * held + farther)) < 1e-12);
+  // Two ticks are no lateness.
+  const double before = port.energy.energy();
+  port.n = 13;
+  port.tick({{-0.012, 0, 0}, {}}, push);
+  BOOST_TEST(std::abs(port.energy.energy() - before - 5 * 0.002) < 1e-12);
+}
+
 BOOST_AUTO_TEST_SUITE_END()

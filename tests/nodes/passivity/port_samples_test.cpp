@@ -33,7 +33,7 @@ struct Port {
     std::string told;
     const auto add = [&told](char what, double value) { told += what + std::to_string(std::lround(value)) + " "; };
     samples.take(
-        device, commanded, [&](const Stamped<Wrench>& w) { add('w', w.value.force.x); },
+        device, commanded, [&](const Wrench& w) { add('w', w.force.x); },
         [&](const Stamped<DeviceState>& s) { add('s', s.value.X_WD.p.x); });
     return told;
   }

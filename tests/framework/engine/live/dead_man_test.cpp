@@ -27,9 +27,7 @@ class Worn final : public DeviceNode {
       : DeviceNode(params, context, params.buttons < 0 ? std::nullopt : std::optional<int>(params.buttons)) {}
   static NodeInfo declare() {
     Declare<Worn> node("sample.worn", "A device of hardware.");
-    DeviceParams defaults;
-    defaults.dead_man_button.reset();
-    declare_device(node, defaults);
+    declare_device(node);
     return node.hardware()
         .integer<std::int32_t>("buttons", &Params::buttons, {.doc = "how many", .default_value = 0, .min = -1})
         .info();
@@ -84,8 +82,11 @@ const std::map<std::string, ParamValue> does_without{{"dead_man_button", std::in
 BOOST_FIXTURE_TEST_CASE(the_first_button_of_hardware_has_to_be_held_by_default, Fixture) {
   device(worn, 1);
   BOOST_TEST(refused(std::nullopt) == "");
-  const PlanNodes nodes(b.plan);
+  PlanNodes nodes(b.plan);
   BOOST_TEST(dynamic_cast<const DeviceNode&>(nodes[0]).account().dead_man_button == 1);
+  check_dead_man(nodes, {});
+  BOOST_TEST_REQUIRE(nodes.notes().size() == 1U);
+  BOOST_TEST(nodes.notes()[0] == "hold button 1 of device_0 (sample.worn) to get a force");
 }
 
 BOOST_FIXTURE_TEST_CASE(hardware_without_a_button_is_refused_at_its_place, Fixture) {
@@ -121,6 +122,10 @@ BOOST_FIXTURE_TEST_CASE(a_graph_that_does_without_a_button_and_a_device_that_is_
   device(simulated, 0);
   BOOST_TEST(refused(false) == "");
   BOOST_TEST(asked == 0);
+  PlanNodes nodes(b.plan);
+  check_dead_man(nodes, {});
+  BOOST_TEST_REQUIRE(nodes.notes().size() == 2U);
+  BOOST_TEST(nodes.notes()[0] == "no button stops the force of device_0 (sample.worn), as its dead_man_button: 0 says");
 }
 
 BOOST_FIXTURE_TEST_CASE(what_the_system_refuses_is_one_line_where_hardware_is_driven, Fixture) {
