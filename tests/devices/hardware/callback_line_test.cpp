@@ -6,6 +6,7 @@
 #include <cmath>
 #include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "devices/hardware/declare_hardware.hpp"
@@ -173,7 +174,7 @@ class Bench {
   }
 
   Maker library;
-  std::vector<std::int64_t> ages_ns;  ///< of the newest sample at each tick, by the library's own stamps
+  std::vector<std::int64_t> ages_ns;  ///< of each sample at the tick that takes it, by the library's own stamps
   std::atomic<bool> engaged{false};
   std::atomic<double> opening{0}, told_temperature{0};
   std::atomic<int> told{0};
@@ -181,7 +182,10 @@ class Bench {
 
  private:
   void step(const Tick& tick) {
-    if (ages_ns.size() < ages_ns.capacity()) ages_ns.push_back(MonotonicClock::now().ns - library.sampled_ns);
+    // A tick without a new sample is one of a library that was late itself.
+    const std::int64_t sampled = library.sampled_ns;
+    const bool is_new = std::exchange(newest_ns_, sampled) != sampled;
+    if (is_new && ages_ns.size() < ages_ns.capacity()) ages_ns.push_back(MonotonicClock::now().ns - sampled);
     const Stamp stamp{tick.deadline, tick.deadline, ++sequence_};
     const ForceSegment segment = constant_segment(tick.deadline, {{0.5, 1, 2}, {0.05, 0.02, 0.05}});
     device().segment.push(stamp, &segment);
@@ -209,6 +213,7 @@ class Bench {
   std::unique_ptr<Node> node_;
   std::unique_ptr<PeriodicLoop> loop_;
   std::uint64_t sequence_ = 0;
+  std::int64_t newest_ns_ = 0;
 };
 
 double share_in_ms(std::vector<std::int64_t> ages_ns, double share) {
