@@ -45,8 +45,6 @@ class CommandChannel {
   [[nodiscard]] bool has_expired() const { return expired_; }
   /// When the device was first given zero for the newest of them.
   [[nodiscard]] Instant expired_at() const { return expired_at_; }
-  /// When the newest command was given that has been taken; absent: none.
-  [[nodiscard]] const std::optional<Instant>& commanded() const { return commanded_; }
 
  private:
   struct Order {

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "framework/core/check.hpp"
+#include "framework/core/tool_weight.hpp"
 
 namespace tactor {
 
@@ -97,9 +98,7 @@ HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& 
       params_(params),
       workspace_{params.workspace_scale, params.force_scale, from_rotation_vector(as_vector(params.rotation)),
                  as_vector(params.origin)},
-      weight_W_(params.tool_weight && context.scene->tool() != nullptr
-                    ? context.scene->tool()->mass * context.scene->gravity_W
-                    : Vec3{}),
+      weight_W_(params.tool_weight ? tool_weight(*context.scene) : Vec3{}),
       period_of_line_(Duration::from_rate(parts.rate)),
       filter_(params, noise_of(parts.resolution * params.workspace_scale), noise_of(parts.resolution_angle),
               1 / std::min(parts.rate, params.rate), context.torque),

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "framework/core/messages.hpp"
 #include "framework/core/spatial.hpp"
 #include "framework/core/time.hpp"
 #include "framework/realtime/axis_values.hpp"
@@ -12,7 +13,7 @@
 namespace tactor {
 
 /// The most values of the kind that `StatusInfo` describes.
-inline constexpr int max_status = 16;
+inline constexpr int max_status = HardwareStatus::capacity;
 
 /// What an axis of a device is for.
 enum class AxisRole : std::uint8_t {

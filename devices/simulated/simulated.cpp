@@ -6,6 +6,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/random.hpp"
+#include "framework/core/tool_weight.hpp"
 
 namespace tactor {
 
@@ -111,10 +112,8 @@ LineEnergyOptions line_energy_of(const SimulatedDevice::Params& params, const No
 }
 
 SimulatedLine line_of(const SimulatedDevice::Params& params, const NodeContext& context) {
-  const Body* tool = params.tool_weight ? context.scene->tool() : nullptr;
   return {line_ticks("delay_in", params.delay_in, params.rate), line_ticks("delay_out", params.delay_out, params.rate),
-          line_energy_of(params, context), tool == nullptr ? Vec3{} : tool->mass * context.scene->gravity_W,
-          context.torque};
+          line_energy_of(params, context), params.tool_weight ? tool_weight(*context.scene) : Vec3{}, context.torque};
 }
 
 void check_gripped(const char* grip, const char* name, const char* unit, bool has_grip, double found, double least) {

@@ -162,11 +162,10 @@ void LineEnergy::take(Time read, const AxisValues& q) {
     rounding = std::max(rounding, size);
     end = begin;
   }
-  const AxisValues& newest = given(0).effort;
   counted_ = true;
   net_ -= gave;
   generated_ = std::max(generated_, -net_);
-  energy_ = std::min(energy_ - gave - more, most(count_ > 0 ? newest : AxisValues{}));
+  energy_ = std::min(energy_ - gave - more, most(given(0).effort));
   // A cycle that came late explains no more than one that is foreseen.
   of_cycle_ = std::max(of_cycle_, std::abs(gave) * (cut ? 1 : std::min(1.0, options_.held.seconds() / dt)));
   of_rounding_ = std::max(of_rounding_, rounding);

@@ -6,15 +6,11 @@
 
 #include "framework/core/energy_ramp.hpp"
 #include "framework/core/segment.hpp"
+#include "framework/core/tool_weight.hpp"
 
 namespace tactor {
 
 namespace {
-
-Vec3 weight_of_tool(const Scene& scene) {
-  const Body* tool = scene.tool();
-  return tool == nullptr ? Vec3{} : tool->mass * scene.gravity_W;
-}
 
 PortEnergyOptions options_of(const StageParams& params, double damping, const NodeContext& context) {
   return {.step = params.encoder_step,
@@ -26,7 +22,7 @@ PortEnergyOptions options_of(const StageParams& params, double damping, const No
           .start = params.start_energy,
           .kept = params.kept_energy,
           .stiffness = params.stiffness_min,
-          .weight_W = params.tool_weight ? weight_of_tool(*context.scene) : Vec3{},
+          .weight_W = params.tool_weight ? tool_weight(*context.scene) : Vec3{},
           .lever = params.lever,
           .torque = context.torque};
 }

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "framework/core/segment.hpp"
+#include "framework/core/tool_weight.hpp"
 #include "framework/core/value_error.hpp"
 
 namespace tactor {
@@ -14,11 +15,6 @@ namespace {
 
 /// A damper that acts some ticks late on a mass m is stable up to this share of m / tick.
 constexpr double damping_share = 0.25;
-
-Vec3 displayed_weight(const Scene& scene) {
-  const Body* tool = scene.tool();
-  return tool == nullptr ? Vec3{} : tool->mass * scene.gravity_W;
-}
 
 void check(const Waves::Params& params, const NodeContext& context) {
   if (context.torque) {
@@ -112,7 +108,7 @@ Waves::Waves(const Params& params, const NodeContext& context)
     : params_(params),
       tick_(Duration::from_rate(params.rate)),
       period_min_(Duration::from_seconds(params.period_min)),
-      weight_W_(displayed_weight(*context.scene)),
+      weight_W_(tool_weight(*context.scene)),
       end_(params.impedance, tick_.seconds(), params.catch_up) {
   check(params, context);
 }

@@ -13,9 +13,13 @@ bool lacks_dead_man(const NodeSpec& spec, const Node& node) {
   return device == nullptr || device->lacks_dead_man();
 }
 
+std::string name_of(const NodeSpec& spec) {
+  return spec.name + " (" + spec.info->type + ")";
+}
+
 std::string told_of(const NodeSpec& spec, const DeviceNode& device) {
   const std::int32_t button = device.account().dead_man_button;
-  const std::string node = spec.name + " (" + spec.info->type + ")";
+  const std::string node = name_of(spec);
   if (button > 0) return "hold button " + std::to_string(button) + " of " + node + " to get a force";
   return "no button stops the force of " + node + ", as its dead_man_button: 0 says";
 }
@@ -32,7 +36,7 @@ void check_dead_man(PlanNodes& nodes, const Ask& ask) {
       if (spec.info->hardware) nodes.note(told_of(spec, dynamic_cast<const DeviceNode&>(nodes[n])));
       continue;
     }
-    names += (names.empty() ? "" : " and ") + spec.name + " (" + spec.info->type + ")";
+    names += (names.empty() ? "" : " and ") + name_of(spec);
     refused.error(spec.place,
                   "nodes." + spec.name + ": expected a dead-man button, because " + spec.info->type +
                       " drives hardware, found none: no button stops its force when a person lets go; to do without "
