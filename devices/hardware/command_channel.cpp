@@ -39,7 +39,6 @@ LinkCommand CommandChannel::due(Instant now) {
   if (age > timing_.expires_after) {
     if (!expired_) {
       ++expiries_;
-      expired_at_ = now;
       if (now - counted_since_ > counted_for) {
         counted_since_ = now;
         counted_ = 0;

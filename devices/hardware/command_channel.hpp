@@ -43,8 +43,6 @@ class CommandChannel {
   [[nodiscard]] std::uint64_t expiries() const { return expiries_; }  ///< so far
   /// True where the command given last was zero for that reason.
   [[nodiscard]] bool has_expired() const { return expired_; }
-  /// When the device was first given zero for the newest of them.
-  [[nodiscard]] Instant expired_at() const { return expired_at_; }
 
  private:
   struct Order {
@@ -66,8 +64,7 @@ class CommandChannel {
   Instant cut_since_;
   std::uint64_t cuts_ = 0;
   bool expired_ = false;
-  bool returns_ = false;  // after it expired
-  Instant expired_at_;
+  bool returns_ = false;   // after it expired
   Instant without_until_;  // when zero was given for it last
   std::uint64_t expiries_ = 0;
   Instant counted_since_;  // expiries that may be too many

@@ -128,7 +128,6 @@ void LineCycle::failed(const LinkFailure& failure) {
 void LineCycle::publish() {
   report_.cuts = commands_.cuts();
   report_.expiries = commands_.expiries();
-  report_.expired_at = commands_.expired_at();
   reports_.push({}, &report_);
 }
 

@@ -31,7 +31,6 @@ struct LinkReport {
   AxisLimits limits;                                            ///< those of the node and of the line, the tighter ones
   std::uint64_t cuts = 0;             ///< how often the command was cut to zero, see CommandChannel
   std::uint64_t expiries = 0;         ///< how often it expired
-  Instant expired_at;                 ///< when the newest of them did
   LineTotals energy;                  ///< on the line
   LinkError error = LinkError::none;  ///< of the newest cycle or attempt to connect
   std::array<char, 240> text{};       ///< why, in words, with the device's name

@@ -22,7 +22,7 @@ Dispatcher::Dispatcher(PlanNodes& nodes, Chains chains, ExternalInputs* inputs)
     NodeState state;
     state.external = chains.of[n].has_value() || spec.info->fed;
     TACTOR_DEMAND(!state.external || external_ != nullptr || spec.info->inputs.empty());
-    if (spec.info->rate_parameter) state.rate = std::get<double>(spec.params[*spec.info->rate_parameter]);
+    state.rate = spec.rate().value_or(0);
     for (const InputInfo& input : spec.info->inputs) state.inputs.push_back(&input.access(nodes_[n]));
     for (const OutputInfo& output : spec.info->outputs) state.outputs.push_back(&output.access(nodes_[n]));
     const std::size_t outputs = state.outputs.size();

@@ -190,15 +190,14 @@ std::string held_node(const Plan& reference, const Plan& tested) {
   const NodeSpec* slowest = nullptr;
   double lowest = reference_rate;
   for (const NodeSpec& node : reference.nodes) {
-    if (node.info->sink || !node.info->rate_parameter) continue;
-    const double rate = std::get<double>(node.params[*node.info->rate_parameter]);
+    const std::optional<double> rate = node.rate();
+    if (node.info->sink || !rate) continue;
     const auto own = std::find_if(tested.nodes.begin(), tested.nodes.end(),
                                   [&](const NodeSpec& other) { return other.name == node.name; });
-    const bool is_held = own != tested.nodes.end() && own->info->rate_parameter &&
-                         rate <= std::get<double>(own->params[*own->info->rate_parameter]);
-    if (!is_held || rate >= lowest) continue;
+    const bool is_held = own != tested.nodes.end() && rate <= own->rate();
+    if (!is_held || *rate >= lowest) continue;
     slowest = &node;
-    lowest = rate;
+    lowest = *rate;
   }
   if (slowest == nullptr) return {};
   return "the reference run is no finer than the run: node " + slowest->name + " steps at " + in_hz(lowest) +

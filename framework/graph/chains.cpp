@@ -7,15 +7,11 @@ namespace tactor {
 
 namespace {
 
-double rate_of(const NodeSpec& node) {
-  return node.info->rate_parameter ? std::get<double>(node.params[*node.info->rate_parameter]) : 0;
-}
-
 bool is_inner(const Plan& plan, const PlannedEdge& edge) {
   const NodeSpec& from = plan.nodes[edge.from];
   const NodeSpec& to = plan.nodes[edge.to];
   return edge.from != edge.to && from.scheduling.lane == Lane::realtime && from.scheduling == to.scheduling &&
-         rate_of(from) == rate_of(to) && edge.spec.delay.ns == 0 && edge.spec.queue.policy != QueuePolicy::block &&
+         from.rate() == to.rate() && edge.spec.delay.ns == 0 && edge.spec.queue.policy != QueuePolicy::block &&
          !to.info->sink;
 }
 

@@ -13,9 +13,7 @@ namespace {
 std::string steps_text(const Plan& plan, std::size_t n) {
   const NodeSpec& node = plan.nodes[n];
   std::string text;
-  if (node.info->rate_parameter) {
-    text = "at " + number_text(std::get<double>(node.params[*node.info->rate_parameter])) + " Hz";
-  }
+  if (const std::optional<double> rate = node.rate()) text = "at " + number_text(*rate) + " Hz";
   for (const PlannedEdge& edge : plan.edges) {
     if (edge.to == n && edge.triggers) text += (text.empty() ? "on " : ", on ") + edge.spec.to_port;
   }

@@ -53,6 +53,11 @@ struct NodeSpec {
   CostModel cost;
   Scheduling scheduling;  ///< complete: what the graph says over default_scheduling(*info)
   SourceLocation place;
+  /// Hz, at which the node steps; none where its inputs make it step.
+  [[nodiscard]] std::optional<double> rate() const {
+    if (!info->rate_parameter) return std::nullopt;
+    return std::get<double>(params[*info->rate_parameter]);
+  }
 };
 
 /// The value of the node's parameter at index `param` that such a text in a graph file means (`1200 N/m`). Throws

@@ -26,11 +26,6 @@ std::size_t largest_payload(const Plan& plan, const std::vector<std::size_t>& ch
   return largest;
 }
 
-double rate_of(const NodeSpec& spec) {
-  TACTOR_DEMAND(spec.info->rate_parameter.has_value());
-  return std::get<double>(spec.params[*spec.info->rate_parameter]);
-}
-
 Pace* pace_of(PlanNodes& nodes, const std::vector<std::size_t>& chain) {
   for (const std::size_t n : chain) {
     if (Pace* const pace = nodes[n].pace()) return pace;
@@ -41,7 +36,7 @@ Pace* pace_of(PlanNodes& nodes, const std::vector<std::size_t>& chain) {
 }  // namespace
 
 RealtimeLane::RealtimeLane(PlanNodes& nodes, const Chains& chains, std::size_t chain, const ThreadSettings& settings)
-    : schedule_(rate_of(nodes.plan().nodes[chains.nodes[chain].front()])),
+    : schedule_(nodes.plan().nodes[chains.nodes[chain].front()].rate().value()),
       left_(chains.nodes[chain].size()),
       out_payload_(largest_payload(nodes.plan(), chains.nodes[chain])),
       sent_payloads_(most_sent, out_payload_.size()),
