@@ -45,7 +45,7 @@ class Devices(CommandTest):
         """Waits until the motor has been given commands for a while."""
         def commanded():
             rows = [line.split() for line in self.log.read_text().splitlines()] if self.log.exists() else []
-            rows = [row for row in rows if len(row) == 6]
+            rows = [row for row in rows if len(row) == 7]
             return bool(rows) and int(rows[-1][5]) > 20
         self.wait_until(commanded, process, "the motor was given commands", timeout=PATIENCE)
 
@@ -153,7 +153,7 @@ class Devices(CommandTest):
 
     def pushed(self):
         rows = [line.split() for line in self.log.read_text().splitlines()]
-        return max(abs(float(row[3])) for row in rows if len(row) == 6)
+        return max(abs(float(row[3])) for row in rows if len(row) == 7)
 
     def test_ctrl_c_at_the_question_gives_no_force(self):
         terminal = self.trial()

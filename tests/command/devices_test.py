@@ -124,7 +124,7 @@ class Emulated(CommandTest):
         graph.write_text(graph.read_text().replace("stuck_after: 0", parameters))
         result = self.answer("device", "test", graph, "--seconds", seconds, *arguments, text=text)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        return [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 6]
+        return [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 7]
 
     @needs_live
     def test_a_device_without_a_watchdog_is_told_before_the_force_is_confirmed(self):

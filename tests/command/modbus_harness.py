@@ -54,7 +54,7 @@ class ModbusHarness(CommandTest):
         rows = []
         for line in self.log.read_text().splitlines():
             words = line.split()
-            if len(words) == 6:  # the last one may be cut
+            if len(words) == 7:  # the last one may be cut
                 rows.append(tuple(map(float, words)))
         return rows
 

@@ -97,11 +97,13 @@ void EmulatedDevice::step(double dt) {
                                                     0.5 * std::numbers::pi * static_cast<double>(i));
     force_[i] = on ? effort_of(profile_.axes[i]) : 0;
     driven = driven || force_[i] != 0;
+    const double from = x_[i];
     const double a = (force_[i] - d.damping * v_[i] - d.stiffness * (x_[i] - hand)) / d.mass;
     v_[i] += dt * a;
     x_[i] += dt * v_[i];
     if (x_[i] < 0 || x_[i] > d.travel) v_[i] = 0;
     x_[i] = std::clamp(x_[i], 0.0, d.travel);
+    given_ += force_[i] * (x_[i] - from);
   }
   driven_s_ = driven ? driven_s_ + dt : 0;
 }
@@ -190,7 +192,7 @@ void EmulatedDevice::become_another() {
 }
 
 EmulatedState EmulatedDevice::state() const {
-  return {x_.front(), force_.front(), effort_of(profile_.axes.front()), expired_, commands_, now_};
+  return {x_.front(), force_.front(), effort_of(profile_.axes.front()), expired_, commands_, given_, now_};
 }
 
 }  // namespace tactor::modbus

@@ -16,6 +16,7 @@ struct EmulatedState {
   double commanded = 0;        ///< N, as the registers have it
   bool expired = false;        ///< its watchdog has run out
   std::uint64_t commands = 0;  ///< writes of an effort so far
+  double given = 0;            ///< J, net, that the efforts of all axes have given so far, by the steps of `advance`
   Time time;                   ///< of all that, by the device's clock, which is that of `advance`
 };
 
@@ -65,6 +66,7 @@ class EmulatedDevice {
   std::vector<std::uint16_t> words_;
   std::vector<bool> declared_, readable_;  // by address
   std::vector<double> x_, v_, force_, shown_;
+  double given_ = 0;  // J
   Time now_;
   bool begun_ = false;
   double since_command_s_ = 0;

@@ -40,8 +40,8 @@ constexpr const char* usage =
     "                   length, exception, reset, another, jump, stuck, unplug, status; TIME in s from the first "
     "request, or\n"
     "                   of an unbroken force; VALUE in s, m or the bit\n"
-    "  --log FILE       writes time in ns, position, force, commanded force, watchdog and commands so far, every 2 "
-    "ms\n\n"
+    "  --log FILE       writes time in ns, position, force, commanded force, watchdog, commands so far and net energy\n"
+    "                   that the motors gave in J, every 2 ms\n\n"
     "On standard input `fault F` injects one at once, `clear` ends those that go on, `quit` ends. In the background of "
     "a\n"
     "terminal it reads nothing.\n";

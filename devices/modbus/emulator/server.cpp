@@ -178,7 +178,7 @@ void Emulator::move() {
     const EmulatedState s = device_.state();
     // Flushed, because who ends this program does not always let it end.
     log_ << (origin_ + (s.time - Time{})).ns << ' ' << s.position << ' ' << s.force << ' ' << s.commanded << ' '
-         << s.expired << ' ' << s.commands << '\n'
+         << s.expired << ' ' << s.commands << ' ' << s.given << '\n'
          << std::flush;
   }
 }

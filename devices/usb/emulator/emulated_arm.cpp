@@ -104,6 +104,7 @@ bool EmulatedArm::place(const Vec3& p_BD) {
   rate_ = {};
   start_ = p_;
   time_ = 0;
+  given_ = 0;
   return true;
 }
 
@@ -145,6 +146,7 @@ void EmulatedArm::step(double dt, const std::array<double, 6>& torque) {
   Vec3 p;
   std::array<Vec3, 6> J{};
   if (geometry_->at(q, p, J)) {
+    for (std::size_t i = 0; i < q.size(); ++i) given_ += torque[i] * (q[i] - q_[i]);
     q_ = q;
     p_ = p;
     J_ = J;

@@ -50,6 +50,8 @@ class EmulatedArm {
   [[nodiscard]] int axes() const { return geometry_->axes(); }
   [[nodiscard]] const std::array<double, 6>& q() const { return q_; }
   [[nodiscard]] const Vec3& p_BD() const { return p_; }
+  /// J, net, that the torques have given since `place`.
+  [[nodiscard]] double given() const { return given_; }
   /// Where the hand wants the handle at a time after `place`.
   [[nodiscard]] Vec3 target(double time) const;
 
@@ -63,6 +65,7 @@ class EmulatedArm {
   std::array<Vec3, 6> J_{};
   std::array<double, 6> q_{}, rate_{};
   double time_ = 0;
+  double given_ = 0;  // J
 };
 
 }  // namespace tactor

@@ -40,7 +40,8 @@ EmulatedDevice::EmulatedDevice(const Emulation& emulation, std::shared_ptr<Power
   arm_.place(e_.start);
   if (e_.trace.empty()) return;
   trace_ = std::fopen(e_.trace.c_str(), "a");
-  if (trace_ != nullptr && std::ftell(trace_) == 0) std::fprintf(trace_, "t,x,y,z,effort_1,effort_2,effort_3,faults\n");
+  if (trace_ != nullptr && std::ftell(trace_) == 0)
+    std::fprintf(trace_, "t,x,y,z,effort_1,effort_2,effort_3,faults,given\n");
 }
 
 EmulatedDevice::~EmulatedDevice() {
@@ -69,8 +70,8 @@ void EmulatedDevice::tick(double dt) {
 void EmulatedDevice::write_down() {
   if (trace_ == nullptr) return;
   const Vec3& p = arm_.p_BD();
-  std::fprintf(trace_, "%.6f,%.7g,%.7g,%.7g,%.6g,%.6g,%.6g,%u\n", time_, p.x, p.y, p.z, effort_[0], effort_[1],
-               effort_[2], faults_);
+  std::fprintf(trace_, "%.6f,%.7g,%.7g,%.7g,%.6g,%.6g,%.6g,%u,%.9g\n", time_, p.x, p.y, p.z, effort_[0], effort_[1],
+               effort_[2], faults_, arm_.given());
   if (time_ - written_ < 0.2) return;
   written_ = time_;
   std::fflush(trace_);
