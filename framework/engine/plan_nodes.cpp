@@ -62,6 +62,14 @@ void note_python_beside_hardware(const Plan& plan, std::vector<std::string>& not
   }
 }
 
+bool is_fed_by_foreign_physics(const GraphSpec& graph, const NodeSpec& spec) {
+  return std::any_of(graph.edges.begin(), graph.edges.end(), [&](const EdgeSpec& edge) {
+    if (edge.to_node != spec.name) return false;
+    const NodeSpec* from = graph.node(edge.from_node);
+    return from != nullptr && from->info->is_foreign_physics();
+  });
+}
+
 NodeContext context_of(const GraphSpec& graph, const NodeSpec& spec, const HandPath* hand,
                        std::vector<std::string>* notes) {
   NodeContext context;
@@ -70,6 +78,7 @@ NodeContext context_of(const GraphSpec& graph, const NodeSpec& spec, const HandP
   context.torque = graph.scene.rotates();
   context.seed = derive_seed(graph.seed, spec.name);
   context.duration = graph.duration;
+  context.foreign_physics = is_fed_by_foreign_physics(graph, spec);
   context.in_loop = graph.clock == Clock::real && spec.scheduling.lane == Lane::realtime;
   context.hand = hand;
   context.notes = notes;

@@ -29,6 +29,10 @@ class KeyText {
   void add(double value) { add(std::to_string(std::bit_cast<std::uint64_t>(value))); }
   void add(std::int64_t value) { add(std::to_string(value)); }
   void add_file(const fs::path& path) { add(file_key(path)); }
+  void add_files(const std::vector<fs::path>& paths) {
+    add(static_cast<std::int64_t>(paths.size()));
+    for (const fs::path& path : paths) add_file(path);
+  }
   void add(const ParamInfo& info, const ParamValue& value) {
     add(info.name);
     if (const auto* b = std::get_if<bool>(&value)) add(std::int64_t{*b});
@@ -37,6 +41,7 @@ class KeyText {
     if (const auto* s = std::get_if<std::string>(&value)) {
       if (info.kind == ParamKind::file && !s->empty()) {
         add_file(*s);
+        if (info.includes) add_files(info.includes(*s));
       } else {
         add(*s);
       }

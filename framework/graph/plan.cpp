@@ -60,6 +60,19 @@ void check_refused(const GraphSpec& graph, const std::vector<Wire>& wires, const
   }
 }
 
+/// Refuses physics of another law where a node steps the scene itself.
+void check_scene_law(const GraphSpec& graph, const std::vector<Wire>& wires, const Kept& kept,
+                     Diagnostics& diagnostics) {
+  for (std::size_t e = 0; e < wires.size(); ++e) {
+    if (!kept.edges[e]) continue;
+    const NodeSpec &from = graph.nodes[wires[e].from], &to = graph.nodes[wires[e].to];
+    const InputInfo& input = to.info->inputs[wires[e].input];
+    if (input.scene_law_why.empty() || !from.info->is_foreign_physics()) continue;
+    diagnostics.error(graph.edges[e].place, "edge " + graph.edges[e].name() + ": " + input.scene_law_why + "; " +
+                                                from.name + " (" + from.info->type + ") is physics of another kind");
+  }
+}
+
 void check_steps(const GraphSpec& graph, const std::vector<Wire>& wires, const std::vector<bool>& triggers,
                  std::size_t n, Diagnostics& diagnostics) {
   const NodeSpec& node = graph.nodes[n];
@@ -123,6 +136,7 @@ Plan build(GraphSpec graph, bool reference) {
     if (graph.nodes[n].info->sets) check_settings(graph, kept, graph.nodes[n], diagnostics);
   }
   check_refused(graph, wires, kept, diagnostics);
+  check_scene_law(graph, wires, kept, diagnostics);
   check_cycle(graph, wires, kept, triggers, diagnostics);
   diagnostics.throw_if_any();
 

@@ -70,6 +70,11 @@ class Declare {
     info_.role = role;
     return *this;
   }
+  /// Its contacts follow Tactor's own law (see NodeInfo::scene_law).
+  Declare& scene_law() {
+    info_.scene_law = true;
+    return *this;
+  }
   /// It is warm (Node::warm_since) not from the start, but only when this has happened: `its window is full`.
   Declare& warms_up(std::string when) {
     info_.warm_when = std::move(when);
@@ -249,6 +254,12 @@ class Declare {
   /// The input just declared is left out, with its edges, in scenes for which `reason(scene)` is not empty.
   Declare& unneeded_when(std::function<std::string(const Scene&)> reason) {
     info_.inputs.back().unneeded = std::move(reason);
+    return *this;
+  }
+  /// The input just declared takes no messages of dynamics that are of another law than the scene's; `why` says what the
+  /// node does with them.
+  Declare& needs_scene_law(std::string why) {
+    info_.inputs.back().scene_law_why = std::move(why);
     return *this;
   }
   /// The input `name` rejects messages of outputs of that kind; `why` says what to do instead.
@@ -435,6 +446,14 @@ class Declare {
       static_cast<P*>(params)->*member = std::get<std::string>(v);
     };
     return push(std::move(p));
+  }
+  /// The further files that the file parameter `name` pulls in, given its path (see ParamInfo::includes).
+  Declare& includes(std::string_view name,
+                    std::function<std::vector<std::filesystem::path>(const std::filesystem::path&)> files) {
+    ParamInfo& param = declared(name);
+    TACTOR_DEMAND(param.kind == ParamKind::file);
+    param.includes = std::move(files);
+    return *this;
   }
   template <class E>
   requires std::is_enum_v<E> Declare& choice(std::string name, E P::*member, std::vector<Choice<E>> choices,

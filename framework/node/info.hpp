@@ -119,6 +119,9 @@ struct ParamInfo {
   ParamMeaning meaning = ParamMeaning::other;
   std::optional<Role> as_in;        ///< if a graph gives no value: take that of its node of this role
   std::vector<ParamValue> coarser;  ///< coarser values, each coarser than the one before
+  /// Of a file: the further files that its content names, on which results depend as on the file itself; null: none.
+  /// Throws InputError where the content cannot be read.
+  std::function<std::vector<std::filesystem::path>(const std::filesystem::path&)> includes;
   /// The reason why the node does not read it, given the values of all its parameters, or empty if it does; null: it
   /// always reads it.
   std::function<std::string(const ParamValues&, const ParamUse&)> unread;
@@ -156,6 +159,8 @@ struct InputInfo {
   /// A kind of messages (see OutputInfo) that the input does not take, and what to do instead.
   std::string refused_kind{}, refused_why{};
   std::string former{};  ///< what it was called before; empty: always so
+  /// The reason why its messages may not come from physics of another law (see NodeInfo::scene_law); empty: they may.
+  std::string scene_law_why{};
 };
 
 struct OutputInfo {
@@ -283,6 +288,9 @@ struct NodeInfo {
   std::vector<ParamInfo> params;
   std::vector<MetricInfo> metrics;  ///< all that the node's report() may set or add to
   Role role = Role::other;
+  /// Of dynamics and collision: contacts follow Tactor's own law with the materials of the scene. Physics without it is
+  /// physics of another kind, which no node can step again by the scene alone.
+  bool scene_law = false;
   /// What has to happen in a run before the node works normally (see Node::warm_since): `its window is full`; empty:
   /// nothing.
   std::string warm_when{};
@@ -309,6 +317,8 @@ struct NodeInfo {
   /// node even without readers. Empty: it sets nothing.
   std::function<std::vector<Setting>(const ParamValues&)> sets{};
 
+  /// Dynamics of another law than the scene's.
+  [[nodiscard]] bool is_foreign_physics() const { return role == Role::dynamics && !scene_law; }
   /// Null where it makes nodes.
   [[nodiscard]] const StandIn* stand_in() const { return std::get_if<StandIn>(&nature); }
   /// See Making; for types that make nodes.

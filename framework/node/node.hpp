@@ -36,6 +36,7 @@ struct NodeContext {
   bool torque = true;              ///< false: the scene is translation-only, torques are neither computed nor sent
   std::uint64_t seed = 0;          ///< for its random streams, derived from the run's seed and its name
   Duration duration;               ///< of the run
+  bool foreign_physics = false;    ///< an edge leads here from dynamics of another law than the scene's
   bool in_loop = false;            ///< it steps in a loop of the real-time lane, which may miss ticks
   const HandPath* hand = nullptr;  ///< null: not known
   /// The node adds notes here that the user should read but that do not stop the run, each once; null: not wanted.

@@ -89,6 +89,7 @@ void declare_collision(Declare<N>& declaration) {
                               .min = 0,
                               .max = 0.1})
       .role(Role::collision)
+      .scene_law()
       .on_thread("physics")
       .unneeded(nothing_to_hit);
 }

@@ -63,7 +63,8 @@ void declare_moving(Declare<N>& declaration, double substep) {
       .coarser("substep", {2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2})
       .coarser("iterations", {std::int64_t{20}, std::int64_t{10}, std::int64_t{5}})
       .unneeded(nothing_moves)
-      .role(Role::dynamics);
+      .role(Role::dynamics)
+      .scene_law();
   declaration
       .metric("dynamics_steps", "1", "sub-steps", Better::neither, [](const N& self) { return self.counts().steps; })
       .summed()

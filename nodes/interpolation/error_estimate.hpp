@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
+#include <optional>
 
 #include "framework/core/spatial.hpp"
 #include "framework/core/time.hpp"
@@ -21,7 +22,8 @@ namespace tactor {
 ///
 /// Physics is no truth where its steps are coarse: then a first candidate with finer steps differs from it and is
 /// right. But coarse steps have the same law of contact. So the first stays as long as less than half of its error is
-/// told by `law`, what the law gets wrong where physics itself has the bodies.
+/// told by `law`, what the law gets wrong where physics itself has the bodies. Without a `law`, physics has another
+/// one, and the errors alone decide.
 ///
 /// Allocates nothing.
 template <std::size_t Candidates>
@@ -37,16 +39,18 @@ class ErrorEstimate {
 
   explicit ErrorEstimate(const Options& options) : options_(options) {}
 
-  /// `physics`: the force of a result, N; `forces`: the candidates at the time that it is valid for; `law`: N.
-  void take(Time valid, const Vec3& physics, const Forces& forces, double law) {
+  /// `physics`: the force of a result, N; `forces`: the candidates at the time that it is valid for; `law`: N, empty
+  /// where nobody knows it.
+  void take(Time valid, const Vec3& physics, const Forces& forces, std::optional<double> law) {
     if (taken_ > 0 && valid <= last_) return;
     const double memory = options_.memory.seconds();
     const double share = taken_ == 0 ? 1 : 1 - std::exp(-(valid - last_).seconds() / memory);
     std::array<double, Candidates> now;
     for (std::size_t i = 0; i < Candidates; ++i) now[i] = dot(forces[i] - physics, forces[i] - physics);
-    if (!std::isfinite(law + std::accumulate(now.begin(), now.end(), 0.0))) return;
+    if (!std::isfinite(law.value_or(0) + std::accumulate(now.begin(), now.end(), 0.0))) return;
     for (std::size_t i = 0; i < Candidates; ++i) squares_[i] += share * (now[i] - squares_[i]);
-    law_ += share * (law * law - law_);
+    law_known_ = law.has_value();
+    if (law) law_ += share * (*law * *law - law_);
     last_ = valid;
     ++taken_;
     choose();
@@ -64,7 +68,7 @@ class ErrorEstimate {
         static_cast<std::size_t>(std::min_element(squares_.begin(), squares_.end()) - squares_.begin());
     const double noise = options_.noise * options_.noise;
     const double limit = best_ == 0 ? options_.worse * options_.worse : 1;
-    const bool of_law = law_ > of_error * of_error * squares_[0];
+    const bool of_law = !law_known_ || law_ > of_error * of_error * squares_[0];
     best_ = least != 0 && of_law && squares_[0] > limit * std::max(squares_[least], noise) ? least : 0;
   }
 
@@ -73,6 +77,7 @@ class ErrorEstimate {
   Options options_;
   std::array<double, Candidates> squares_{};  // N^2
   double law_ = 0;                            // N^2
+  bool law_known_ = true;                     // of the last result
   std::size_t best_ = 0;
   std::size_t taken_ = 0;
   Time last_;

@@ -10,6 +10,9 @@ namespace {
 /// N, differences from physics that count as none.
 constexpr double estimate_noise = 0.01;
 
+/// Samples farther apart than this tell nothing of the time between them.
+constexpr Duration longest_gap{20'000'000};
+
 }  // namespace
 
 RolloutTrust::RolloutTrust(const TrustOptions& options)
@@ -23,14 +26,16 @@ void RolloutTrust::note(Time time, const Vec3& p_WT, const Forces& forces) {
 
 void RolloutTrust::learn(const Stamped<LocalModel>& result, Duration interval) {
   note_interval(interval);
-  const PastState* then = known_at(result.stamp.valid);
-  if (then == nullptr) return;
-  estimate_.take(result.stamp.valid, result.value.wrench_result.force, then->forces, result.value.law_error);
+  const std::optional<PastState> then = known_at(result);
+  if (!then) return;
+  const LocalModel& model = result.value;
+  const std::optional<double> law = model.law_unknown != 0 ? std::nullopt : std::optional(model.law_error);
+  estimate_.take(result.stamp.valid, model.wrench_result.force, then->forces, law);
 }
 
 bool RolloutTrust::disagrees(const Stamped<LocalModel>& result) {
-  const PastState* then = known_at(result.stamp.valid);
-  if (then == nullptr) return false;
+  const std::optional<PastState> then = known_at(result);
+  if (!then) return false;
   const Vec3 apart = result.value.p_WT_result - then->p_WT;
   if (!(norm(apart) < options_.trust_distance)) {
     ++disagreements_;
@@ -48,11 +53,24 @@ bool RolloutTrust::disagrees(const Stamped<LocalModel>& result) {
   return true;
 }
 
-/// Where the rollout was at a sample; null where it was not there or it is too long ago.
-const RolloutTrust::PastState* RolloutTrust::known_at(Time time) const {
+/// Where the rollout was at the stamp of a result; empty where it was not there or it is too long ago. Our own physics
+/// stamps its results as samples of the handle; between two of these, others are compared on the line.
+std::optional<RolloutTrust::PastState> RolloutTrust::known_at(const Stamped<LocalModel>& result) const {
+  const Time time = result.stamp.valid;
   const std::span noted = std::span(past_).first(std::min(noted_, past_.size()));
   const auto then = std::find_if(noted.begin(), noted.end(), [&](const PastState& s) { return s.time == time; });
-  return then == noted.end() ? nullptr : &*then;
+  if (then != noted.end()) return *then;
+  if (result.value.law_unknown == 0) return std::nullopt;
+  const PastState *before = nullptr, *after = nullptr;
+  for (const PastState& s : noted) {
+    if (s.time < time && (before == nullptr || s.time > before->time)) before = &s;
+    if (s.time > time && (after == nullptr || s.time < after->time)) after = &s;
+  }
+  if (before == nullptr || after == nullptr || after->time - before->time > longest_gap) return std::nullopt;
+  const double share = (time - before->time).seconds() / (after->time - before->time).seconds();
+  PastState between{time, before->p_WT + share * (after->p_WT - before->p_WT), before->forces};
+  for (std::size_t i = 0; i < candidates; ++i) between.forces[i] += share * (after->forces[i] - before->forces[i]);
+  return between;
 }
 
 void RolloutTrust::note_interval(Duration interval) {

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 
 #include "framework/core/messages.hpp"
 #include "nodes/interpolation/error_estimate.hpp"
@@ -56,7 +57,7 @@ class RolloutTrust {
     Vec3 p_WT;
     Forces forces;
   };
-  [[nodiscard]] const PastState* known_at(Time time) const;
+  [[nodiscard]] std::optional<PastState> known_at(const Stamped<LocalModel>& result) const;
   void note_interval(Duration interval);
 
   TrustOptions options_;

@@ -144,7 +144,9 @@ LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
       rollout_(rollout_model("prediction.local", params, context), nullptr, soft_.get()),
       modes_(soft_ == nullptr ? nullptr : std::make_unique<ArrayPool<PatchMode>>(most_models, LocalPatch::most_modes)),
       fit_(rollout_.tool_rotates(), params.stick_velocity,
-           {.scale_all = params.stiffness_scale, .friction_scale_all = params.friction_scale}) {}
+           {.scale_all = params.stiffness_scale, .friction_scale_all = params.friction_scale}) {
+  start_.law_unknown = context.foreign_physics ? 1 : 0;
+}
 
 void LocalPredictor::take_contacts() {
   start_.contacts.count = 0;

@@ -13,6 +13,7 @@ const MessageType& message_type<LocalModel>() {
                                       .field("p_WT_result", "m", &LocalModel::p_WT_result)
                                       .field("wrench_result", &LocalModel::wrench_result)
                                       .field("law_error", "N", &LocalModel::law_error)
+                                      .field("law_unknown", "1", &LocalModel::law_unknown)
                                       .field("coupling", &LocalModel::coupling)
                                       .field("contacts", &LocalModel::contacts)
                                       .field("correction", &LocalModel::correction)

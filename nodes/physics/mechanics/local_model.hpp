@@ -1,6 +1,8 @@
 // What a local rollout goes on from, as the predictor sends it to the interpolation.
 #pragma once
 
+#include <cstdint>
+
 #include "framework/core/messages.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mechanics/contact_correction.hpp"
@@ -18,6 +20,7 @@ struct LocalModel {
   Wrench wrench_result;  ///< N and N m, of the coupling on the device in that result, within the device's limits
   /// N, of physics' contact wrench in that result what the contacts' law does not explain; 0 where nobody compares.
   double law_error = 0;
+  std::int32_t law_unknown = 0;  ///< 1: physics of another law; nobody knows what the contacts' law gets wrong
   CouplingParameters coupling;
   LocalContacts contacts;        ///< as declared
   ContactCorrection correction;  ///< of those and of all that are found later
