@@ -9,6 +9,7 @@
 #include "framework/core/value_error.hpp"
 #include "framework/engine/setting_effects.hpp"
 #include "framework/engine/slow_physics.hpp"
+#include "framework/graph/shared_parameters.hpp"
 
 namespace tactor {
 
@@ -60,6 +61,12 @@ void note_python_beside_hardware(const Plan& plan, std::vector<std::string>& not
                     ": if its code crashes, nothing commands zero any more, and the watchdog of the "
                     "device itself must let go (docs/trust/safety.md)");
   }
+}
+
+void note_plan(const Plan& plan, std::vector<std::string>& notes) {
+  note_costs(plan, notes);
+  note_python_beside_hardware(plan, notes);
+  for (std::string& note : unshared_parameter_notes(plan)) notes.push_back(std::move(note));
 }
 
 bool is_fed_by_foreign_physics(const GraphSpec& graph, const NodeSpec& spec) {
@@ -136,8 +143,7 @@ PlanNodes::PlanNodes(const Plan& plan, NodeMeter* meter) : plan_(plan), meter_(m
     const Metered metered(meter_, nodes_.size(), NodeMeter::Work::make);
     at_place(plan.graph, spec, [&] { nodes_.push_back(spec.info->create(spec.params, context)); });
   }
-  note_costs(plan, notes_);
-  note_python_beside_hardware(plan, notes_);
+  note_plan(plan, notes_);
 }
 
 std::vector<std::string> NodeChecks::check(const Plan& plan) {
@@ -174,8 +180,7 @@ std::vector<std::string> NodeChecks::check(const Plan& plan) {
   }
   diagnostics.throw_if_any();
   check_effects(plan);
-  note_costs(plan, notes);
-  note_python_beside_hardware(plan, notes);
+  note_plan(plan, notes);
   return notes;
 }
 

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "framework/graph/bind.hpp"
 #include "framework/graph/format.hpp"
 #include "framework/graph/merge.hpp"
+#include "framework/graph/readers.hpp"
 #include "framework/graph/values.hpp"
 #include "framework/yaml/file_finder.hpp"
 
@@ -32,7 +34,7 @@ std::string shipped_instead(const std::string& name) {
 
 // `chain` holds the files that lead to this one, `files` counts all that were read.
 std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::vector<fs::path> chain,
-                               std::size_t& files, Diagnostics& diagnostics) {
+                               std::size_t& files, const TypeOfNode& type_of, Diagnostics& diagnostics) {
   std::error_code ignored;
   const fs::path identity = fs::weakly_canonical(file, ignored);
   if (named_by != nullptr) {
@@ -75,15 +77,15 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
                                        looked_for(search) + shipped_instead(one.text));
       return std::nullopt;
     }
-    std::optional<Tree> parent = load_chain(search.file, &one, chain, files, diagnostics);
+    std::optional<Tree> parent = load_chain(search.file, &one, chain, files, type_of, diagnostics);
     if (!parent) return std::nullopt;
     if (under) {
-      merge_graph(*under, *parent);
+      if (!lay_over(*under, std::move(*parent), type_of, diagnostics)) return std::nullopt;
     } else {
       under = std::move(parent);
     }
   }
-  if (under) merge_graph(*under, *tree);
+  if (under && !lay_over(*under, std::move(*tree), type_of, diagnostics)) return std::nullopt;
   return under;
 }
 
@@ -187,9 +189,16 @@ FileSearch find_over(const fs::path& over, const fs::path& graph) {
   return find_file(over, {"", beside, beside / "methods", beside.parent_path() / "methods"}, method_files);
 }
 
-std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Diagnostics& diagnostics) {
+std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Registry& registry,
+                            Diagnostics& diagnostics) {
+  const FileFinder finder(file.parent_path());
+  const TypeOfNode type_of = [&](const TreeEntry& node) {
+    // What is wrong with a type is told where the nodes are read.
+    Diagnostics ignored;
+    return node.value.is_map() ? read_type(node, "", registry, finder, ignored) : nullptr;
+  };
   std::size_t files = 0;
-  std::optional<Tree> graph = load_chain(file, nullptr, {}, files, diagnostics);
+  std::optional<Tree> graph = load_chain(file, nullptr, {}, files, type_of, diagnostics);
   if (!graph) return std::nullopt;
   for (const Patch& patch : overrides) {
     if (const Assignment* assignment = patch.assignment()) {
@@ -200,14 +209,14 @@ std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Di
         diagnostics.error(patch.place, "expected a graph file that exists" + looked_for(search));
         return std::nullopt;
       }
-      const std::optional<Tree> layer = load_chain(search.file, nullptr, {}, files, diagnostics);
+      std::optional<Tree> layer = load_chain(search.file, nullptr, {}, files, type_of, diagnostics);
       if (!layer) return std::nullopt;
-      merge_graph(*graph, *layer);
-    } else {
-      merge_graph(*graph, std::get<Tree>(patch.change));
+      if (!lay_over(*graph, std::move(*layer), type_of, diagnostics)) return std::nullopt;
+    } else if (!lay_over(*graph, std::get<Tree>(patch.change), type_of, diagnostics)) {
+      return std::nullopt;
     }
   }
-  return graph;
+  return is_bound(*graph, diagnostics) ? std::move(graph) : std::nullopt;
 }
 
 }  // namespace tactor

@@ -10,8 +10,10 @@
 namespace tactor {
 
 /// The tree of `file` over those it extends, under the overrides, the later of them over the earlier. Every value keeps
-/// the place it came from; one from the command line has the option as its file and line 0.
-std::optional<Tree> compose(const std::filesystem::path& file, const Overrides& overrides, Diagnostics& diagnostics);
+/// the place it came from; one from the command line has the option as its file and line 0. The registry knows the
+/// types of the nodes to which names of overlays are bound.
+std::optional<Tree> compose(const std::filesystem::path& file, const Overrides& overrides, Registry& registry,
+                            Diagnostics& diagnostics);
 
 /// Looks for a file that is laid over the graph of that file.
 FileSearch find_over(const std::filesystem::path& over, const std::filesystem::path& graph);

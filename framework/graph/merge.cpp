@@ -157,18 +157,6 @@ void merge_named(Tree& parent, const Tree& child, const Merge& merge, std::vecto
   merge_entries(parent, kept, merge);
 }
 
-// The edge with another output at its begin.
-void set_source(Tree& edge, const std::string& from, const std::string& to) {
-  const std::string arrow = from + " -> " + to;
-  if (edge.is_scalar()) {
-    edge.text = arrow;
-  } else if (TreeEntry* source = edge.find("from")) {
-    source->value.text = from;
-  } else {
-    edge.entries[0].key = arrow;
-  }
-}
-
 // Edges of the child from `into x.in` begin where the parent's edge into x.in does. Where that is the node at their own
 // end, the child was laid over before: the parent's edge into it stays.
 Tree with_sources(const Tree& child, const Tree& parent) {
@@ -183,7 +171,7 @@ Tree with_sources(const Tree& child, const Tree& parent) {
     const auto source = input ? fed_from.find(*input) : fed_from.end();
     if (source == fed_from.end()) return false;
     if (node_of(source->second) == node_of(ends->to) && fed_from.contains(ends->to)) return true;
-    set_source(edge, source->second, ends->to);
+    set_edge_ends(edge, {source->second, ends->to});
     return false;
   });
   return result;
@@ -243,6 +231,18 @@ std::optional<EdgeEnds> edge_ends(const Tree& edge) {
   const Tree* to = edge.value("to");
   if (from == nullptr || to == nullptr || !from->is_scalar() || !to->is_scalar()) return std::nullopt;
   return EdgeEnds{std::string(trimmed(from->text)), std::string(trimmed(to->text))};
+}
+
+void set_edge_ends(Tree& edge, const EdgeEnds& ends) {
+  const std::string arrow = ends.from + " -> " + ends.to;
+  if (edge.is_scalar()) {
+    edge.text = arrow;
+  } else if (TreeEntry* from = edge.find("from")) {
+    from->value.text = ends.from;
+    edge.find("to")->value.text = ends.to;
+  } else {
+    edge.entries[0].key = arrow;
+  }
 }
 
 std::optional<std::string> fed_input(const std::string& from) {

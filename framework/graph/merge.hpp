@@ -24,6 +24,9 @@ struct EdgeEnds {
 /// The ends of an edge in any of its forms: `a.x -> b.y`, `{a.x -> b.y: ...}`, `{from: a.x, to: b.y, ...}`.
 std::optional<EdgeEnds> edge_ends(const Tree& edge);
 
+/// Gives an edge, in whatever form, other ends.
+void set_edge_ends(Tree& edge, const EdgeEnds& ends);
+
 /// `x.in` where an edge's begin is `into x.in`.
 std::optional<std::string> fed_input(const std::string& from);
 

@@ -14,6 +14,10 @@ namespace tactor {
 /// `scene`: gravity and bodies.
 Scene read_scene(const Tree& tree, const FileFinder& files, Diagnostics& diagnostics);
 
+/// The type that a node says by `type` or `python`; null, with an error, where it says none that is known.
+const NodeInfo* read_type(const TreeEntry& node, const std::string& path, Registry& registry, const FileFinder& files,
+                          Diagnostics& diagnostics);
+
 /// `cost` of a node.
 CostModel read_cost(const Tree& tree, const std::string& path, const FileFinder& files, Diagnostics& diagnostics);
 

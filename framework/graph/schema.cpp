@@ -299,19 +299,34 @@ Json node_properties() {
       {"cpu", said("the core that its thread is pinned to", whole_number(0, highest_cpu))}};
 }
 
+Json bind_schema() {
+  Json roles = Json::array();
+  for (std::size_t i = 0; i < role_count; ++i) roles.push_back(name_of(static_cast<Role>(i)));
+  const Json role = {{"enum", roles}};
+  const Json full =
+      closed({{"role", said("the only node of that role", role)},
+              {"node", said("the node of that name", {{"type", "string"}})},
+              {"optional", said("leave out what names it where there is none", {{"type", "boolean"}}, false)}});
+  return {{"type", "object"}, {"additionalProperties", {{"anyOf", {role, full}}}}};
+}
+
 Json edges_schema() {
   const Json arrow = {{"type", "string"}, {"pattern", R"(^\s*(into\s+)?\w+\.\w+\s*->\s*\w+\.\w+\s*$)"}};
   const Json queue = {{"type", "string"},
                       {"pattern", R"(^(latest|queue\(\s*[1-9]\d*\s*,\s*(drop_oldest|drop_newest|block)\s*\))$)"}};
   const Json end = {{"type", "string"}, {"pattern", R"(^\w+\.\w+$)"}};
   const Json kept = said("`latest`, or `queue(SIZE, POLICY)`; the input's where it is absent", queue);
+  const Json optional = said("in a file with `bind`: leave the edge out where the graph below has no such port",
+                             {{"type", "boolean"}}, false);
   const Json delay = said("how long after a message became visible it arrives", not_negative("s"), 0);
   Json full = closed({{"from", said("an output, `node.output`", end)},
                       {"to", said("an input, `node.input`", end)},
                       {"queue", kept},
-                      {"delay", delay}});
+                      {"delay", delay},
+                      {"optional", optional}});
   full["required"] = {"from", "to"};
-  const Json value = {{"anyOf", {{{"type", "null"}}, queue, closed({{"queue", kept}, {"delay", delay}})}}};
+  const Json value = {
+      {"anyOf", {{{"type", "null"}}, queue, closed({{"queue", kept}, {"delay", delay}, {"optional", optional}})}}};
   const Json one_entry = {{"type", "object"},
                           {"minProperties", 1},
                           {"maxProperties", 1},
@@ -378,6 +393,10 @@ std::string graph_schema(Registry& registry) {
        {"title", said("one line of prose", {{"type", "string"}})},
        {"extends", said("a graph file, or several, that this file is laid over",
                         {{"type", {"string", "array"}}, {"items", {{"type", "string"}}}, {"minItems", 1}})},
+       {"bind",
+        said("in an overlay: names that stand for nodes of the graph below, each with its role where that graph "
+             "has no node of the name",
+             bind_schema())},
        {"clock", said("`virtual` is deterministic; `real` drives devices in wall time", {{"enum", {"virtual", "real"}}},
                       "virtual")},
        {"duration", said("time of the graph's clock to run; required where nothing is extended", above_zero("s"))},

@@ -1,4 +1,6 @@
 // Parameters that are as in another node of the graph, unless the graph gives them.
+#include "framework/graph/shared_parameters.hpp"
+
 #include <algorithm>
 
 #include "framework/core/check.hpp"
@@ -75,6 +77,65 @@ void read_shared_parameters(GraphSpec& graph, const Tree& tree, const FileFinder
       if (read_param(as_given, path, param, files, diagnostics)) node.params[i] = *giver->value;
     }
   }
+}
+
+namespace {
+
+/// Why no node of the role can be expected to have the parameters of the scene's own physics; empty where one can.
+std::string why_not_shared(const GraphSpec& graph, Role role) {
+  std::string foreign;
+  for (const NodeSpec& node : graph.nodes) {
+    const bool is_asked = node.info->role == role, moves = node.info->role == Role::dynamics;
+    if ((is_asked || moves) && node.info->scene_law) return {};
+    if (is_asked) foreign = node.name + " (" + node.info->type + ")";
+  }
+  return foreign.empty() ? "the graph has no node of role " + std::string(name_of(role)) : foreign + " has none";
+}
+
+/// Whether the node reads the parameter in this plan.
+bool is_read(const Plan& plan, const NodeSpec& node, const ParamInfo& param) {
+  if (!param.unread) return true;
+  ParamUse use{.scene = &plan.graph.scene, .read_outputs = {}};
+  for (const PlannedEdge& edge : plan.edges) {
+    if (edge.spec.from_node == node.name) use.read_outputs.push_back(edge.spec.from_port);
+  }
+  for (const PlannedStream& stream : plan.streams) {
+    const NodeSpec& from = plan.nodes[stream.node];
+    if (from.name == node.name) use.read_outputs.push_back(from.info->outputs[stream.output].name);
+  }
+  return param.unread(node.params, use).empty();
+}
+
+bool is_shared(const GraphSpec& graph, const ParamInfo& param) {
+  return std::any_of(graph.nodes.begin(), graph.nodes.end(), [&](const NodeSpec& node) {
+    const auto& params = node.info->params;
+    return node.info->role == *param.as_in &&
+           std::any_of(params.begin(), params.end(), [&](const ParamInfo& p) { return is_alike(p, param); });
+  });
+}
+
+}  // namespace
+
+std::vector<std::string> unshared_parameter_notes(const Plan& plan) {
+  const GraphSpec& graph = plan.graph;
+  std::vector<std::string> notes;
+  for (const NodeSpec& node : plan.nodes) {
+    for (std::size_t i = 0; i < node.params.size(); ++i) {
+      const ParamInfo& param = node.info->params[i];
+      if (param.as_in != Role::dynamics && param.as_in != Role::collision) continue;
+      const std::string path = "nodes." + node.name + "." + param.name;
+      if (graph.places == nullptr || graph.places->contains(path)) continue;
+      if (is_shared(graph, param) || !is_read(plan, node, param)) continue;
+      const std::string why = why_not_shared(graph, *param.as_in);
+      const std::optional<std::string> value = text_of(node.params[i], param.kind);
+      if (why.empty() || !value) continue;
+      notes.push_back(node.place.text() + ": node " + node.name + ": " + param.name + " is its own default " + *value +
+                      (param.unit == "1" ? "" : " " + param.unit) + ", because it should be as in the " +
+                      std::string(name_of(*param.as_in)) + ", and " + why + "; give " + node.name + "." + param.name +
+                      " to say otherwise");
+    }
+  }
+  return notes;
 }
 
 }  // namespace tactor

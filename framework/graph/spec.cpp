@@ -73,6 +73,8 @@ const NodeInfo* read_python(const Tree& tree, const std::string& path, Registry&
   }
 }
 
+}  // namespace
+
 const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Registry& registry, const FileFinder& files,
                           Diagnostics& diagnostics) {
   const Tree* type = entry.value.value("type");
@@ -99,6 +101,8 @@ const NodeInfo* read_type(const TreeEntry& entry, const std::string& path, Regis
   diagnostics.error(type->place, path + ".type: " + unknown_type(*type, registry));
   return nullptr;
 }
+
+namespace {
 
 void read_params(NodeSpec& node, const TreeEntry& entry, const std::string& path, const FileFinder& files,
                  Diagnostics& diagnostics) {
@@ -268,7 +272,7 @@ std::string overlays_of_title(const Tree& title, const fs::path& graph, const Ov
 
 GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& overrides) {
   Diagnostics diagnostics;
-  const std::optional<Tree> tree = compose(file, overrides, diagnostics);
+  const std::optional<Tree> tree = compose(file, overrides, registry, diagnostics);
   if (!tree) diagnostics.throw_if_any();
   TACTOR_DEMAND(tree.has_value());
 

@@ -256,8 +256,8 @@ class Declare {
     info_.inputs.back().unneeded = std::move(reason);
     return *this;
   }
-  /// The input just declared takes no messages of dynamics that are of another law than the scene's; `why` says what the
-  /// node does with them.
+  /// The input just declared takes no messages of dynamics that are of another law than the scene's; `why` says what
+  /// the node does with them.
   Declare& needs_scene_law(std::string why) {
     info_.inputs.back().scene_law_why = std::move(why);
     return *this;
