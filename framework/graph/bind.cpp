@@ -113,15 +113,25 @@ std::vector<Port> ports_of(const NodeInfo& info, bool inputs) {
 class Binder {
  public:
   Binder(const Tree& parent, Tree& child, const TypeOfNode& type_of, Diagnostics& diagnostics)
-      : below_(parent.value("nodes")), child_(child), type_of_(type_of), diagnostics_(diagnostics) {}
+      : below_(parent.value("nodes")),
+        edges_below_(parent.value("edges")),
+        child_(child),
+        type_of_(type_of),
+        diagnostics_(diagnostics) {}
 
   /// False, with errors, where a name cannot be bound.
   bool bind(const Tree& names) {
     const std::size_t before = diagnostics_.list().size();
     if (!expect_map(names, "bind", "a map of names to roles", diagnostics_)) return false;
     for (const TreeEntry& entry : names.entries) {
-      if (const TreeEntry* own = own_node(entry.key); own != nullptr && has_type(own->value)) continue;
-      if (const auto binding = read_binding(entry, diagnostics_)) bind(*binding);
+      const auto binding = read_binding(entry, diagnostics_);
+      if (!binding) continue;
+      const TreeEntry* own = own_node(entry.key);
+      if (own != nullptr && has_type(own->value)) {
+        bind_replacement(*binding, *own);
+      } else {
+        bind(*binding);
+      }
     }
     if (diagnostics_.list().size() > before) return false;
     rename_nodes();
@@ -171,6 +181,43 @@ class Binder {
     }
   }
 
+  /// A node of the child takes the place of the only one of the role whose ports it has too; else it is a new node.
+  void bind_replacement(const Binding& binding, const TreeEntry& own) {
+    const NodeInfo* type = type_of_(own);
+    if (type == nullptr || below_ == nullptr || (binding.node.empty() && node_below(binding.name) != nullptr)) return;
+    std::vector<std::string> found, described_names;
+    for (const TreeEntry& node : below_->entries) {
+      const NodeInfo* info = own_node(node.key) == nullptr ? type_of_(node) : nullptr;
+      const bool is_meant =
+          binding.node.empty() ? info != nullptr && name_of(info->role) == binding.role : node.key == binding.node;
+      if (!is_meant || !fits(*type, binding.name, node.key)) continue;
+      found.push_back(node.key);
+      described_names.push_back(described(node));
+    }
+    if (found.size() == 1) bound_[binding.name] = found.front();
+    if (found.size() > 1) refuse(binding, {}, described_names);
+  }
+
+  /// Whether the type has each port of the node below at which an edge stays, where the child calls that node `name`.
+  [[nodiscard]] bool fits(const NodeInfo& type, const std::string& name, const std::string& node) const {
+    const auto stays = [&](const std::string& input) {
+      const Tree* own = child_.value("edges");
+      return own == nullptr || std::none_of(own->items.begin(), own->items.end(), [&](const Tree& edge) {
+               const std::optional<EdgeEnds> ends = edge_ends(edge);
+               return ends && ends->to == name + "." + input;
+             });
+    };
+    const auto has = [&](const Tree& edge) {
+      const std::optional<EdgeEnds> ends = edge_ends(edge);
+      if (!ends) return true;
+      const auto port_of = [&](const std::string& end) { return end.substr(std::min(end.find('.') + 1, end.size())); };
+      const std::string from = port_of(ends->from), to = port_of(ends->to);
+      return (node_of(ends->from) != node || type.output(from) != nullptr) &&
+             (node_of(ends->to) != node || type.input(to) != nullptr || !stays(to));
+    };
+    return edges_below_ == nullptr || std::all_of(edges_below_->items.begin(), edges_below_->items.end(), has);
+  }
+
   void refuse(const Binding& binding, const std::vector<std::string>& names, const std::vector<std::string>& found) {
     const std::string path = "bind." + binding.name;
     const std::string help =
@@ -209,7 +256,16 @@ class Binder {
     std::erase_if(record->value.items, [&](const Tree& stream) { return dropped_.contains(node_of(stream.text)); });
     for (Tree& stream : record->value.items) {
       const std::string node = node_of(stream.text);
-      if (bound_.contains(node)) stream.text.replace(0, node.size(), now(node));
+      if (!bound_.contains(node)) continue;
+      const std::size_t dot = stream.text.find('.');
+      const std::string port = dot == std::string::npos ? "" : stream.text.substr(dot + 1);
+      // A port that an edge of the file names is the same here.
+      const auto found = std::find_if(taken_.begin(), taken_.end(), [&](const auto& taken) {
+        const auto& [at, is_input, name] = taken.first;
+        return at == now(node) && !is_input && taken.second == port;
+      });
+      stream.text = now(node) + (dot == std::string::npos ? "" : ".") +
+                    (found == taken_.end() ? port : std::get<2>(found->first));
     }
   }
 
@@ -316,6 +372,7 @@ class Binder {
   }
 
   const Tree* below_;
+  const Tree* edges_below_;
   Tree& child_;
   const TypeOfNode& type_of_;
   Diagnostics& diagnostics_;

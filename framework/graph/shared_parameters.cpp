@@ -89,7 +89,7 @@ std::string why_not_shared(const GraphSpec& graph, Role role) {
     if ((is_asked || moves) && node.info->scene_law) return {};
     if (is_asked) foreign = node.name + " (" + node.info->type + ")";
   }
-  return foreign.empty() ? "the graph has no node of role " + std::string(name_of(role)) : foreign + " has none";
+  return foreign.empty() ? "the graph has no such node" : foreign + " has none";
 }
 
 /// Whether the node reads the parameter in this plan.
@@ -129,9 +129,9 @@ std::vector<std::string> unshared_parameter_notes(const Plan& plan) {
       const std::string why = why_not_shared(graph, *param.as_in);
       const std::optional<std::string> value = text_of(node.params[i], param.kind);
       if (why.empty() || !value) continue;
-      notes.push_back(node.place.text() + ": node " + node.name + ": " + param.name + " is its own default " + *value +
-                      (param.unit == "1" ? "" : " " + param.unit) + ", because it should be as in the " +
-                      std::string(name_of(*param.as_in)) + ", and " + why + "; give " + node.name + "." + param.name +
+      notes.push_back(node.place.text() + ": node " + node.name + ": " + param.name + " should be as in the " +
+                      std::string(name_of(*param.as_in)) + ", and " + why + ": its own default " + *value +
+                      (param.unit == "1" ? "" : " " + param.unit) + " counts; give " + node.name + "." + param.name +
                       " to say otherwise");
     }
   }

@@ -35,8 +35,7 @@ NodeInfo Direct::declare() {
       .input("device", &Direct::device, {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
       .input("coupling", &Direct::coupling, {.doc = "the spring and damper between handle and tool"})
       .input("bodies", &Direct::bodies, {.doc = "the moving bodies of a physics result, to start from"})
-      .needs_scene_law(
-          "direct steps the scene's own bodies in each tick, and its bodies must start from physics of the same law")
+      .needs_scene_law("direct steps the scene's own bodies in each tick")
       .input("otherwise", &Direct::otherwise, {.doc = "what to display if a step does not fit"})
       .output("segment", &Direct::segment, "the force over one tick, stamped as the newest sample that was stepped to")
       .real("blend_time", &Params::blend_time,

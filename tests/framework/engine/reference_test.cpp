@@ -47,6 +47,31 @@ std::string bytes(const fs::path& file) {
   return {std::istreambuf_iterator<char>(in), {}};
 }
 
+/// The files that a file of this kind names, one a line, beside it.
+std::vector<fs::path> named_in(const fs::path& file) {
+  std::vector<fs::path> names;
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);) names.push_back(file.parent_path() / line);
+  return names;
+}
+
+/// Reads a file that pulls in others.
+class Reader final : public Node {
+ public:
+  struct Params {
+    fs::path list, plain;
+  };
+  Reader(const Params&, const NodeContext&) {}
+  static NodeInfo declare() {
+    return Declare<Reader>("sample.reader", "Reads.")
+        .file("list", &Params::list, true, "a file that names others")
+        .file("plain", &Params::plain, true, "a file")
+        .includes("list", named_in)
+        .info();
+  }
+  void step(StepContext&) override {}
+};
+
 }  // namespace
 
 BOOST_AUTO_TEST_CASE(a_sink_gets_what_arrived_in_the_reference_run) {
@@ -261,6 +286,39 @@ BOOST_AUTO_TEST_CASE(the_key_changes_with_everything_that_changes_the_outcome) {
   const std::string one = reference_key(plan, {});
   std::ofstream(mesh) << "two";
   BOOST_TEST(reference_key(plan, {}) != one);
+}
+
+BOOST_AUTO_TEST_CASE(the_key_covers_the_files_that_a_file_pulls_in) {
+  const TemporaryFolder folder;
+  const auto put = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder.path / name) << text;
+    return (folder.path / name).string();
+  };
+  const SamplePlan sample(five_milliseconds(), 0.1);
+  const NodeInfo reader = Reader::declare();
+  Plan plan = reference_of(sample);
+  plan.nodes.push_back({.name = "reader", .info = &reader});
+  plan.nodes.back().params = {put("list", "part\nother\n"), put("plain", "alone\n")};
+  put("part", "one");
+  put("other", "two");
+  put("alone", "three");
+  const std::string key = reference_key(plan, {});
+  BOOST_TEST(reference_key(plan, {}) == key);
+  put("part", "changed");
+  BOOST_TEST(reference_key(plan, {}) != key);
+  put("part", "one");
+  BOOST_TEST(reference_key(plan, {}) == key);
+  // One that is gone differs from one that is there, and the order counts.
+  fs::remove(folder.path / "other");
+  BOOST_TEST(reference_key(plan, {}) != key);
+  put("part", "two");
+  put("other", "one");
+  BOOST_TEST(reference_key(plan, {}) != key);
+  put("part", "one");
+  put("other", "two");
+  // A file of a parameter that declares nothing pulls in nothing.
+  put("alone", "changed");
+  BOOST_TEST(reference_key(plan, {}) == key);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

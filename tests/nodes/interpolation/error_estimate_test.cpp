@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "nodes/interpolation/error_estimate.hpp"
 
@@ -20,7 +21,7 @@ Estimate estimate(double worse = 1.2) {
 }
 
 /// `count` results every 20 ms from `first` on, the candidates off by so much along x.
-void take(Estimate& e, int first, int count, double a, double b, double c, double law = 10) {
+void take(Estimate& e, int first, int count, double a, double b, double c, std::optional<double> law = 10) {
   const Vec3 physics{1, 2, 3};
   for (int k = first; k < first + count; ++k) {
     e.take(Time::from_seconds(0.02 * k), physics,
@@ -57,6 +58,15 @@ BOOST_AUTO_TEST_CASE(where_the_law_tells_less_than_half_of_the_error_the_first_s
   take(foreign, 0, 100, 0.5, 0.1, 0.1, 0.26);
   BOOST_TEST(coarse.best() == 0U);
   BOOST_TEST(foreign.best() == 1U);
+  // That nobody knows the law's error is not that it has none.
+  Estimate same = estimate(), unknown = estimate();
+  take(same, 0, 100, 0.5, 0.1, 0.1, 0);
+  take(unknown, 0, 100, 0.5, 0.1, 0.1, std::nullopt);
+  BOOST_TEST(same.best() == 0U);
+  BOOST_TEST(unknown.best() == 1U);
+  BOOST_TEST(unknown.error(0) == 0.5, tt::tolerance(1e-12));
+  take(unknown, 100, 400, 0.1, 0.1, 0.1, std::nullopt);
+  BOOST_TEST(unknown.best() == 0U);
 }
 
 BOOST_AUTO_TEST_CASE(differences_below_the_noise_and_the_first_few_results_decide_nothing) {

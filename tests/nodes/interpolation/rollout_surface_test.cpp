@@ -134,6 +134,30 @@ BOOST_AUTO_TEST_CASE(a_hold_is_displayed_where_it_has_been_nearer_to_physics_tha
   BOOST_TEST(ticks({500.0 * 1000 / 1500 * 0.002, 0, 0}, 2, 1.2) == 0.0);  // springs in series, 2 mm deep together
 }
 
+BOOST_AUTO_TEST_CASE(physics_of_another_law_is_compared_by_the_forces_alone_and_between_samples_too) {
+  const auto ticks = [](bool of_another_law, double after_sample) {
+    auto params = default_params<Rollout>();
+    Subject subject(box_scene(), params);
+    const Vec3 handle{0.008, -0.03, 0};
+    for (int ms = 0; ms <= 1000; ++ms) {
+      subject.sample(ms, handle);
+      if (ms % 20 == 0) {
+        LocalModel m = model_at(ms, one_body({0.028 / 3, -0.03, 0}), handle, {});
+        m.wrench_result.force = {3, 0, 0};
+        m.law_unknown = of_another_law ? 1 : 0;
+        subject.model(ms - 20 + after_sample, ms + 1, m);
+      }
+      subject.tick(ms);
+    }
+    if (subject.metric("rollout.outdone_ticks") > 0) BOOST_TEST(norm(subject.force(1001) - Vec3{3, 0, 0}) < 1e-3);
+    return subject.metric("rollout.outdone_ticks");
+  };
+  BOOST_TEST(ticks(true, 0) > 700.0);
+  BOOST_TEST(ticks(true, 0.5) > 700.0);
+  BOOST_TEST(ticks(false, 0) == 0.0);
+  BOOST_TEST(ticks(false, 0.5) == 0.0);
+}
+
 BOOST_AUTO_TEST_CASE(slow_physics_is_trusted_for_three_of_its_periods_and_dead_physics_is_not) {
   const auto fallbacks = [](int period, int last) {
     Subject subject(box_scene(), on_surface());
