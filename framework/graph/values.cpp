@@ -112,8 +112,8 @@ std::optional<ParamValue> read_param(const Tree& tree, const std::string& path, 
 
 bool check_name(const TreeEntry& entry, const std::string& path, Diagnostics& diagnostics) {
   static const std::vector<std::string> reserved{
-      "title", "extends", "clock", "duration", "seed",  "rate",  "live",   "scene", "nodes", "edges", "record",
-      "none",  "null",    "true",  "false",    "world", "queue", "latest", "from",  "to",    "delay", "all"};
+      "title", "extends", "bind", "clock", "duration", "seed",  "rate",   "live", "scene", "nodes", "edges", "record",
+      "none",  "null",    "true", "false", "world",    "queue", "latest", "from", "to",    "delay", "all"};
   constexpr std::size_t longest = 64;
   const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
   const auto rest = [&](char c) { return letter(c) || (c >= '0' && c <= '9') || c == '_'; };

@@ -113,7 +113,7 @@ nodes:
     points: [{t: 0 s, z: 15 mm}, {t: 0.4 s, z: 15 mm}, {t: 0.8 s, z: 2 mm}, {t: 1.2 s, z: 2 mm, x: 20 mm}]
   device: {type: device.simulated, encoder_step: 10 um}
   collision: {type: collision.auto}
-  world: {type: mylab.physics, cost: {constant: 9 ms}}
+  engine: {type: mylab.physics, cost: {constant: 9 ms}}
   coupling: {type: coupling.adaptive}
   prediction: {type: prediction.hold}
   interpolation: {type: interpolation.none}
@@ -122,17 +122,17 @@ nodes:
          R"(edges:
   - trajectory.target -> device.target
   - device.state -> collision.device
-  - world.reading -> collision.state
-  - device.state -> world.hand
-  - coupling.parameters -> world.spring
-  - world.reading -> coupling.state
+  - engine.reading -> collision.state
+  - device.state -> engine.hand
+  - coupling.parameters -> engine.spring
+  - engine.reading -> coupling.state
   - coupling.force -> prediction.force
   - prediction.forecast -> interpolation.forecast
   - interpolation.segment -> device.segment
   - device.commanded -> metrics.commanded
   - coupling.force -> metrics.force
   - prediction.forecast -> metrics.forecast
-  - world.reading -> metrics.state
+  - engine.reading -> metrics.state
   - device.state -> metrics.device
 )" + edges;
 }

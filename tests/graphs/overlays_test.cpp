@@ -185,7 +185,7 @@ BOOST_AUTO_TEST_CASE(every_method_but_direct_fits_physics_of_another_kind) {
     BOOST_TEST_CONTEXT(method) {
       BOOST_TEST(foreign.refusal({method}) == "");
       const Plan plan = foreign.plan({method});
-      BOOST_TEST(plan.graph.node("world")->info->type == "mylab.physics");
+      BOOST_TEST(plan.graph.node("engine")->info->type == "mylab.physics");
       BOOST_TEST((plan.graph.node("dynamics") == nullptr));
     }
     ++methods;
@@ -198,7 +198,7 @@ BOOST_AUTO_TEST_CASE(ports_follow_by_the_types_of_their_messages) {
   const Edges base = edges_of(foreign.load());
   const Edges local =
       base - forecast_edges + rollout_edges +
-      Edges{"world.where -> local.bodies", "world.reading -> local.state", "rollout.segment -> device.segment"};
+      Edges{"engine.where -> local.bodies", "engine.reading -> local.state", "rollout.segment -> device.segment"};
   // No other output of bodies is there to be expected, and nothing deforms.
   BOOST_TEST((edges_of(foreign.load({"local"})) == local));
   BOOST_TEST((edges_of(foreign.load({"hold"})) == base));
@@ -206,7 +206,7 @@ BOOST_AUTO_TEST_CASE(ports_follow_by_the_types_of_their_messages) {
               base + Edges{"coupling.force -> refit.force", "refit.coefficients -> prediction.coefficients"}));
   // A cost is for a node of any kind.
   const GraphSpec floor = foreign.load({"floor"});
-  BOOST_TEST(floor.node("world")->cost.base.seconds() == 0.9e-3);
+  BOOST_TEST(floor.node("engine")->cost.base.seconds() == 0.9e-3);
   BOOST_TEST((floor.node("collision")->cost.kind == CostModel::Kind::none));
 }
 
@@ -237,11 +237,12 @@ BOOST_AUTO_TEST_CASE(a_method_takes_the_place_of_nodes_of_its_roles_whatever_the
 }
 
 BOOST_AUTO_TEST_CASE(direct_is_refused_where_physics_is_of_another_kind) {
-  says(Foreign().refusal({"direct"}),
-       "edge world.where -> direct.bodies: direct steps the scene's own bodies in each tick; world (mylab.physics) is "
-       "physics of another kind");
+  says(
+      Foreign().refusal({"direct"}),
+      "edge engine.where -> direct.bodies: direct steps the scene's own bodies in each tick; engine (mylab.physics) is "
+      "physics of another kind");
   // Whatever its name and its ports are called, and by whoever the node is put in.
-  std::string ours = replaced(foreign_scene(), "world", "dynamics");
+  std::string ours = replaced(foreign_scene(), "engine", "dynamics");
   says(Foreign(ours).refusal({"direct"}), "dynamics (mylab.physics) is physics of another kind");
   BOOST_TEST(refusal("wall/scene.yaml", {"methods/direct.yaml"}) == "");
 }
@@ -253,14 +254,14 @@ BOOST_AUTO_TEST_CASE(where_a_role_has_no_node_what_needs_it_is_refused_and_what_
   says(why,
        "local_anchors.yaml:5:3: bind.collision: expected a node \"collision\" or one of role collision in the graph "
        "below (");
-  says(why, "world");
+  says(why, "engine");
   says(why, "found neither; add such a node to the graph");
   says(why, "bind: {collision: {node: NAME}}");
   says_not(why, "there is no node");
   BOOST_TEST(foreign.refusal({"floor"}) == "");
   BOOST_TEST((foreign.load({"floor"}).node("collision") == nullptr));
   // A parameter that a node lacks is refused by its own name.
-  says(Foreign().refusal({"hold", "world.substep=1 ms"}), "substep");
+  says(Foreign().refusal({"hold", "engine.substep=1 ms"}), "substep");
 }
 
 BOOST_AUTO_TEST_CASE(of_two_candidates_the_file_must_name_one) {
@@ -268,7 +269,7 @@ BOOST_AUTO_TEST_CASE(of_two_candidates_the_file_must_name_one) {
                                       "  - device.state -> ghost.hand\n  - coupling.parameters -> ghost.spring\n"));
   const std::string why = foreign.refusal({"local"});
   says(why, "bind.dynamics: expected one node of role dynamics in the graph below, found 2: ");
-  says(why, "world (mylab.physics, dynamics)");
+  says(why, "engine (mylab.physics, dynamics)");
   says(why, "ghost (mylab.physics, dynamics)");
   foreign.write("mine.yaml", "format: 2\nextends: " + (graphs / "methods/local.yaml").string() +
                                  "\nbind: {dynamics: {node: ghost}}\n");
@@ -284,8 +285,8 @@ BOOST_AUTO_TEST_CASE(names_bind_through_files_that_extend_each_other_and_a_metho
   foreign.write("tuned.yaml", "format: 2\nextends: " + (graphs / "methods/local_4.yaml").string() +
                                   "\nnodes: {dynamics: {cost: {constant: 3 ms}}}\nrecord: [dynamics.bodies]\n");
   const GraphSpec graph = foreign.load({"tuned.yaml"});
-  BOOST_TEST(graph.node("world")->cost.base.seconds() == 3e-3);
-  BOOST_TEST(graph.record == std::vector<std::string>{"world.where"});
+  BOOST_TEST(graph.node("engine")->cost.base.seconds() == 3e-3);
+  BOOST_TEST(graph.record == std::vector<std::string>{"engine.where"});
   foreign.write("both.yaml", "format: 2\nextends: [graph.yaml, " + (graphs / "methods/local.yaml").string() + "]\n");
   BOOST_TEST((edges_of(foreign.load({}, "both.yaml")) == edges_of(foreign.load({"local"}))));
   says(refusal("methods/local.yaml"),
@@ -309,11 +310,11 @@ BOOST_AUTO_TEST_CASE(what_bind_says_is_checked) {
 
 BOOST_AUTO_TEST_CASE(a_node_knows_whether_physics_has_the_law_of_the_scene) {
   const std::string listener = "  ear: {type: mylab.listener}\n";
-  says(Foreign(foreign_scene(listener, "  - world.where -> ear.bodies\n")).notes({}), "foreign law\n");
+  says(Foreign(foreign_scene(listener, "  - engine.where -> ear.bodies\n")).notes({}), "foreign law\n");
   const std::string ours =
-      replaced(replaced(foreign_scene(listener, "  - world.bodies -> ear.bodies\n"), "mylab.physics", "dynamics.auto"),
-               "world.reading", "world.state");
-  says(Foreign(replaced(replaced(ours, "world.hand", "world.device"), "world.spring", "world.coupling")).notes({}),
+      replaced(replaced(foreign_scene(listener, "  - engine.bodies -> ear.bodies\n"), "mylab.physics", "dynamics.auto"),
+               "engine.reading", "engine.state");
+  says(Foreign(replaced(replaced(ours, "engine.hand", "engine.device"), "engine.spring", "engine.coupling")).notes({}),
        "law of the scene\n");
 }
 
@@ -322,7 +323,7 @@ BOOST_AUTO_TEST_CASE(a_default_that_physics_of_another_kind_does_not_give_is_tol
   for (const char* node : {"local", "rollout"}) {
     const std::string name = node;
     says(notes, "node " + name +
-                    ": stick_velocity should be as in the dynamics, and world (mylab.physics) has none: its "
+                    ": stick_velocity should be as in the dynamics, and engine (mylab.physics) has none: its "
                     "own default 1e-04 m/s counts; give " +
                     name + ".stick_velocity to say otherwise");
   }

@@ -88,8 +88,8 @@ class Physics {
 class Subject {
  public:
   explicit Subject(const LocalPredictor::Params& params = default_params<LocalPredictor>(), bool with_contacts = true,
-                   bool with_state = false)
-      : scene_(ball_scene(Motion::translation)), node_(params, context_for(scene_)) {
+                   bool with_state = false, bool foreign_physics = false)
+      : scene_(ball_scene(Motion::translation)), node_(params, context_of(scene_, foreign_physics)) {
     node_.bodies.configure({});
     if (with_contacts) node_.contacts.configure({});
     if (with_state) node_.state.configure({});
@@ -123,6 +123,12 @@ class Subject {
   LocalModel model;
 
  private:
+  static NodeContext context_of(const Scene& scene, bool foreign_physics) {
+    NodeContext context = context_for(scene);
+    context.foreign_physics = foreign_physics;
+    return context;
+  }
+
   Scene scene_;
   LocalPredictor node_;
   std::uint64_t sequence_ = 0;
@@ -206,6 +212,19 @@ BOOST_AUTO_TEST_CASE(a_result_older_than_all_samples_goes_through_all_of_them) {
   BOOST_REQUIRE(subject.result(65, 66, start));
   BOOST_TEST(subject.model.time.ns == 65'000'000);
   BOOST_TEST((subject.model.bodies.X_WB[0].p == start.X_WB[0].p));
+}
+
+BOOST_AUTO_TEST_CASE(the_model_of_physics_of_another_law_says_that_nobody_knows_what_the_law_gets_wrong) {
+  for (const bool fit : {true, false}) {
+    for (const bool foreign : {true, false}) {
+      auto params = default_params<LocalPredictor>();
+      params.fit = fit;
+      Subject subject(params, true, true, foreign);
+      subject.sample(50, handle(50));
+      BOOST_REQUIRE(subject.result(45, 50, one_body({0.02, 0, 0})));
+      BOOST_TEST(subject.model.law_unknown == (foreign ? 1 : 0));
+    }
+  }
 }
 
 BOOST_AUTO_TEST_CASE(a_faster_device_makes_a_result_cost_no_more_steps) {
