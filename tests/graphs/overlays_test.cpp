@@ -206,14 +206,15 @@ BOOST_AUTO_TEST_CASE(ports_follow_by_the_types_of_their_messages) {
               base + Edges{"coupling.force -> refit.force", "refit.coefficients -> prediction.coefficients"}));
   // A cost is for a node of any kind.
   const GraphSpec floor = foreign.load({"floor"});
-  BOOST_TEST(floor.node("engine")->cost.base.seconds() == 0.9e-3);
+  BOOST_TEST(floor.node("engine")->cost.base.ns == 900'000);
   BOOST_TEST((floor.node("collision")->cost.kind == CostModel::Kind::none));
 }
 
 BOOST_AUTO_TEST_CASE(a_method_takes_the_place_of_nodes_of_its_roles_whatever_they_are_called) {
   std::string odd = replaced(replaced(foreign_scene(), "prediction", "foretell"), "interpolation", "curve");
   odd = replaced(replaced(odd, "foretell.hold", "prediction.hold"), "curve.none", "interpolation.none");
-  const Foreign foreign(replaced(replaced(odd, "device", "phantom"), "phantom.simulated", "device.simulated"));
+  const Foreign foreign(replaced(replaced(replaced(odd, "device:", "phantom:"), "device.", "phantom."),
+                                 "phantom.simulated", "device.simulated"));
   const Edges base = edges_of(foreign.load());
   const GraphSpec blend = foreign.load({"blend"});
   BOOST_TEST(blend.node("foretell")->info->type == "prediction.ar");
@@ -285,7 +286,7 @@ BOOST_AUTO_TEST_CASE(names_bind_through_files_that_extend_each_other_and_a_metho
   foreign.write("tuned.yaml", "format: 2\nextends: " + (graphs / "methods/local_4.yaml").string() +
                                   "\nnodes: {dynamics: {cost: {constant: 3 ms}}}\nrecord: [dynamics.bodies]\n");
   const GraphSpec graph = foreign.load({"tuned.yaml"});
-  BOOST_TEST(graph.node("engine")->cost.base.seconds() == 3e-3);
+  BOOST_TEST(graph.node("engine")->cost.base.ns == 3'000'000);
   BOOST_TEST(graph.record == std::vector<std::string>{"engine.where"});
   foreign.write("both.yaml", "format: 2\nextends: [graph.yaml, " + (graphs / "methods/local.yaml").string() + "]\n");
   BOOST_TEST((edges_of(foreign.load({}, "both.yaml")) == edges_of(foreign.load({"local"}))));
