@@ -149,7 +149,7 @@ class Binder {
     return below_ == nullptr ? nullptr : below_->find(name);
   }
 
-  /// `world (mylab.physics, dynamics)`, for errors.
+  /// `engine (mylab.physics, dynamics)`, for errors.
   [[nodiscard]] std::string described(const TreeEntry& node) const {
     const NodeInfo* info = type_of_(node);
     return node.key + (info == nullptr ? "" : " (" + info->type + ", " + std::string(name_of(info->role)) + ")");
@@ -185,12 +185,11 @@ class Binder {
   void bind_replacement(const Binding& binding, const TreeEntry& own) {
     const NodeInfo* type = type_of_(own);
     if (type == nullptr || below_ == nullptr || (binding.node.empty() && node_below(binding.name) != nullptr)) return;
+    if (!binding.node.empty()) return bind(binding);
     std::vector<std::string> found, described_names;
     for (const TreeEntry& node : below_->entries) {
       const NodeInfo* info = own_node(node.key) == nullptr ? type_of_(node) : nullptr;
-      const bool is_meant =
-          binding.node.empty() ? info != nullptr && name_of(info->role) == binding.role : node.key == binding.node;
-      if (!is_meant || !fits(*type, binding.name, node.key)) continue;
+      if (info == nullptr || name_of(info->role) != binding.role || !fits(*type, binding.name, node.key)) continue;
       found.push_back(node.key);
       described_names.push_back(described(node));
     }
