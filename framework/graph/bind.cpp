@@ -78,7 +78,7 @@ bool take_optional(Tree& edge, Diagnostics& diagnostics) {
 }
 
 /// An end of an edge, or of `into x.in`.
-struct End {
+struct BoundEnd {
   std::string node, port;
   bool is_input = false;
   bool into = false;
@@ -89,7 +89,7 @@ struct End {
 
 struct Edge {
   Tree* tree = nullptr;
-  End from, to;
+  BoundEnd from, to;
   bool is_optional = false;
 };
 
@@ -268,17 +268,17 @@ class Binder {
     }
   }
 
-  [[nodiscard]] std::optional<End> read_end(const std::string& text, bool is_input) const {
+  [[nodiscard]] std::optional<BoundEnd> read_end(const std::string& text, bool is_input) const {
     const std::optional<std::string> fed = fed_input(text);
     const std::string end = fed.value_or(text);
     const std::size_t dot = end.find('.');
     if (dot == std::string::npos) return std::nullopt;
     const std::string name = end.substr(0, dot);
-    return End{.node = now(name),
-               .port = end.substr(dot + 1),
-               .is_input = is_input || fed.has_value(),
-               .into = fed.has_value(),
-               .is_bound = bound_.contains(name)};
+    return BoundEnd{.node = now(name),
+                    .port = end.substr(dot + 1),
+                    .is_input = is_input || fed.has_value(),
+                    .into = fed.has_value(),
+                    .is_bound = bound_.contains(name)};
   }
 
   void rename_edges() {
@@ -329,7 +329,7 @@ class Binder {
   }
 
   /// The message type of the port that an end names; null where there is none, or it follows from parameters.
-  [[nodiscard]] const MessageType* type_at(const End& end) const {
+  [[nodiscard]] const MessageType* type_at(const BoundEnd& end) const {
     const NodeInfo* info = info_of(end.node);
     if (info == nullptr) return nullptr;
     for (const Port& port : ports_of(*info, end.is_input)) {
@@ -338,7 +338,7 @@ class Binder {
     return nullptr;
   }
 
-  void resolve_by_name(End& end, const End& other) {
+  void resolve_by_name(BoundEnd& end, const BoundEnd& other) {
     const NodeInfo* info = info_of(end.node);
     if (!end.is_bound || info == nullptr) {
       end.is_resolved = true;
@@ -353,7 +353,7 @@ class Binder {
     }
   }
 
-  void resolve_by_type(End& end, const End& other) {
+  void resolve_by_type(BoundEnd& end, const BoundEnd& other) {
     if (end.is_resolved) return;
     const NodeInfo* info = info_of(end.node);
     const MessageType* wanted = type_at(other);
