@@ -41,7 +41,7 @@ py::dict outputs_of(const Graph& graph) {
   const Plan plan = graph.plan();
   for (const NodeSpec& node : plan.nodes) {
     for (const OutputInfo& output : node.info->outputs) {
-      outputs[py::str(node.name + "." + output.name)] = to_json(*output.type);
+      outputs[py::str(node.name + "." + output.name)] = to_documented_json(*output.type);
     }
   }
   return outputs;

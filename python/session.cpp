@@ -207,7 +207,7 @@ class PythonTap {
   }
 
   [[nodiscard]] const std::string& output() const { return output_; }
-  [[nodiscard]] std::string description() const { return to_json(buffer_->type()); }
+  [[nodiscard]] std::string description() const { return to_documented_json(buffer_->type()); }
   [[nodiscard]] const py::dtype& dtype() const { return arrays_->message_dtype(); }
   [[nodiscard]] std::uint64_t dropped() const { return buffer_->dropped(); }
 
@@ -240,7 +240,7 @@ class PythonFeed {
     arrays_ = std::make_unique<MessageArrays>(feed_->type());
   }
 
-  [[nodiscard]] std::string description() const { return to_json(feed_->type()); }
+  [[nodiscard]] std::string description() const { return to_documented_json(feed_->type()); }
   [[nodiscard]] const py::dtype& dtype() const { return arrays_->value_dtype(); }
 
   bool send(const py::object& value, const py::object& valid) {

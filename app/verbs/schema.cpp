@@ -17,7 +17,7 @@ namespace {
 std::string message_list(const Registry& registry) {
   std::string text;
   for (const auto& [name, type] : registry.message_types()) {
-    text += (text.empty() ? "[\n" : ",\n") + to_json(*type);
+    text += (text.empty() ? "[\n" : ",\n") + to_documented_json(*type);
   }
   return text + "\n]";
 }
@@ -27,7 +27,7 @@ std::string message_list(const Registry& registry) {
 void add_schema(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("schema", "Print the JSON Schema of graph files, for editors");
   const auto messages = std::make_shared<bool>(false);
-  verb->add_flag("--messages", *messages, "Describe all message types instead: fields, units, frames, enumerations");
+  verb->add_flag("--messages", *messages, "Describe all message types instead: fields with units, frames and meaning");
   verb->callback([messages, &exit_code] {
     Registry registry(default_node_folders());
     load_all_libraries(registry);

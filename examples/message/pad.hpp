@@ -6,20 +6,24 @@
 namespace example_nodes {
 
 struct Pad {
-  tactor::Time pressed_since;           // of the touch that goes on
-  double force = 0;                     // N, of all fields
-  tactor::SharedArray<float> pressure;  // Pa, a value a field, row by row; it may be empty
+  tactor::Time pressed_since;
+  double force = 0;                     // N
+  tactor::SharedArray<float> pressure;  // Pa
 };
 
 }  // namespace example_nodes
 
-// Recordings, CSV, Python and the view read this description.
+// Recordings, CSV, Python and the view read this description. Its sentences appear in `tactor schema --messages` and in
+// Python's help.
 template <>
 inline const tactor::MessageType& tactor::message_type<example_nodes::Pad>() {
-  static const MessageType type = Describe<example_nodes::Pad>("example.Pad")
-                                      .field("pressed_since", &example_nodes::Pad::pressed_since)
-                                      .field("force", "N", &example_nodes::Pad::force)
-                                      .field("pressure", "Pa", &example_nodes::Pad::pressure)
-                                      .type();
+  using example_nodes::Pad;
+  static const MessageType type =
+      Describe<Pad>("example.Pad", "",
+                    "The load on a pad of 8 by 8 fields. Stamped valid for the force that it spreads.")
+          .field("pressed_since", &Pad::pressed_since, "Time of the run at which the present or last touch began.")
+          .field("force", "N", &Pad::force, "Norm of the force on the whole pad.")
+          .field("pressure", "Pa", &Pad::pressure, "Pressure of each field, row by row; it may be empty.")
+          .type();
   return type;
 }

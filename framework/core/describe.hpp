@@ -23,6 +23,13 @@ template <class E>
 struct NamedValue {
   std::string name;
   E value;
+  std::string doc = {};
+};
+
+/// A name and a doc for a field that comes from a record.
+struct NamedField {
+  std::string name;
+  std::string doc = {};
 };
 
 namespace description {
@@ -110,6 +117,7 @@ struct Element<M> {
     field.kind = FieldKind::record;
     field.record = type.name;
     field.fields = type.fields;
+    if (field.doc.empty()) field.doc = type.doc;
   }
 };
 
@@ -119,56 +127,66 @@ struct Element<M> {
 ///
 ///     template <>
 ///     inline const MessageType& message_type<Scan>() {
-///       static const MessageType type = Describe<Scan>("mylab.Scan", "S")
-///                                           .field("range", "m", &Scan::range)
-///                                           .field("points", "m", &Scan::points)
-///                                           .type();
+///       static const MessageType type =
+///           Describe<Scan>("mylab.Scan", "S", "One turn of a scanner. Stamped valid for the middle of the turn.")
+///               .field("range", "m", &Scan::range, "Largest distance that it sees, from the origin of S.")
+///               .field("points", &Scan::points, "Points in the order in which they were seen.")
+///               .type();
 ///       return type;
 ///     }
 ///
 /// Members are numbers, times, Vec3, Quat, enumerations, described records, std::arrays and SharedArrays of these. A
-/// member that is left out, or told in another order, ends the program when the type is first used.
+/// member that is left out, or told in another order, ends the program when the type is first used. A doc is one or
+/// more sentences on what the name, the unit and the frame do not say; a record without one gets that of its type.
 template <class T>
 class Describe {
   static_assert(Message<T>);
 
  public:
-  /// `frame`: the frame its vectors are expressed in, or empty.
-  explicit Describe(std::string name, std::string frame = "") {
+  /// `frame`: the frame its vectors are expressed in, or empty. `doc`: of the type and of the stamps of its messages.
+  explicit Describe(std::string name, std::string frame = "", std::string doc = "") {
     type_.name = std::move(name);
     type_.frame = std::move(frame);
+    type_.doc = std::move(doc);
   }
 
   /// A member with the unit of its numbers; "1" for plain ones.
   template <class M>
-  Describe& field(std::string name, std::string unit, M T::*member) {
+  Describe& field(std::string name, std::string unit, M T::*member, std::string doc = "") {
     Field field;
     field.name = std::move(name);
     field.unit = std::move(unit);
+    field.doc = std::move(doc);
     return add<M>(std::move(field), offset_of(member));
   }
   /// A record, which knows the units of its fields, or a time.
   template <class M>
-  Describe& field(std::string name, M T::*member) {
-    return field(std::move(name), "1", member);
+  Describe& field(std::string name, M T::*member, std::string doc = "") {
+    return field(std::move(name), "1", member, std::move(doc));
   }
   /// A member that holds one of the named values.
   template <class E>
   requires std::is_enum_v<E> Describe& choice(std::string name, E T::*member,
-                                              const std::vector<NamedValue<std::type_identity_t<E>>>& values) {
+                                              const std::vector<NamedValue<std::type_identity_t<E>>>& values,
+                                              std::string doc = "") {
     Field field;
     field.name = std::move(name);
-    for (const auto& one : values) field.enumerators.push_back({one.name, static_cast<std::int64_t>(one.value)});
+    field.doc = std::move(doc);
+    for (const auto& one : values) {
+      field.enumerators.push_back({one.name, static_cast<std::int64_t>(one.value), one.doc});
+    }
     return add<E>(std::move(field), offset_of(member));
   }
-  /// The fields of a record, as fields of this one under the given names.
+  /// The fields of a record, as fields of this one under the given names; one without a doc keeps that of the record.
   template <class M>
-  Describe& flat(std::initializer_list<std::string> names, M T::*member) {
+  Describe& flat(std::initializer_list<NamedField> names, M T::*member) {
     const MessageType& record = message_type<M>();
     TACTOR_DEMAND(names.size() == record.fields.size());
     auto name = names.begin();
     for (Field field : record.fields) {
-      field.name = *name++;
+      field.name = name->name;
+      if (!name->doc.empty()) field.doc = name->doc;
+      ++name;
       offsets_.push_back(offset_of(member) + field.offset);
       type_.fields.push_back(std::move(field));
     }

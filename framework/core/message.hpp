@@ -34,7 +34,7 @@ enum class FieldKind : std::uint8_t { i8, u8, i16, u16, i32, u32, i64, u64, f32,
 struct Enumerator {
   std::string name;
   std::int64_t value = 0;
-  bool operator==(const Enumerator&) const = default;
+  std::string doc;  ///< sentences; empty where the name says it
 };
 
 /// A field of a message type, or of a record in it.
@@ -49,7 +49,7 @@ struct Field {
   std::string record;                   ///< of kind `record`: the name of its type
   std::vector<Field> fields;            ///< of kind `record`: its fields
   std::size_t offset = 0;               ///< bytes from the beginning of the message or record; see `lay_out`
-  bool operator==(const Field&) const = default;
+  std::string doc;                      ///< sentences: direction, sign, point of reference, order of the elements
 };
 
 /// A message type as data. In memory a message is the C struct of these fields in this order.
@@ -59,9 +59,10 @@ struct MessageType {
   std::vector<Field> fields;  ///< at least one
   std::size_t size = 0;       ///< bytes
   std::size_t alignment = 1;  ///< bytes
-  /// Hash over name, frame and fields: two types with the same hash have the same meaning and the same bytes.
+  /// Hash over name, frame and fields, but no doc: two types with the same hash have the same bytes.
   std::uint64_t layout_hash = 0;
   std::vector<std::size_t> arrays;  ///< the offset of each SharedArray in a message
+  std::string doc;                  ///< sentences: what it is, and what its stamp means
 };
 
 /// The number of elements of a field of fixed size, and of one element of an array.
@@ -74,7 +75,8 @@ std::size_t element_size(const Field& field);
 /// Sets offsets, size, alignment, hash and arrays as a C++ compiler lays the struct out.
 void lay_out(MessageType& type);
 
-/// The description of T; every message type and every record specialises it beside its struct, by Describe.
+/// The description of T; every message type and every record specialises it by Describe. The meaning of its fields is
+/// told there and nowhere else, so that the reference, the schema and Python's help show it.
 template <class T>
 const MessageType& message_type();
 

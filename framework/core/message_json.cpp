@@ -31,7 +31,9 @@ constexpr int most_depth = 8;
 constexpr std::size_t most_fields = 4096;
 constexpr std::size_t most_message_bytes = std::size_t{16} << 20U;
 
-Json fields_json(const std::vector<Field>& fields) {
+enum class Docs { left_out, included };
+
+Json fields_json(const std::vector<Field>& fields, Docs docs) {
   Json list = Json::array();
   for (const Field& field : fields) {
     Json one;
@@ -44,11 +46,28 @@ Json fields_json(const std::vector<Field>& fields) {
     for (const Enumerator& value : field.enumerators) one["enumerators"][value.name] = value.value;
     if (field.kind == FieldKind::record) {
       one["record"] = field.record;
-      one["fields"] = fields_json(field.fields);
+      one["fields"] = fields_json(field.fields, docs);
+    }
+    if (docs == Docs::included) {
+      if (!field.doc.empty()) one["doc"] = field.doc;
+      for (const Enumerator& value : field.enumerators) {
+        if (!value.doc.empty()) one["docs"][value.name] = value.doc;
+      }
     }
     list.push_back(std::move(one));
   }
   return list;
+}
+
+std::string json_text(const MessageType& type, Docs docs) {
+  Json object;
+  object["name"] = type.name;
+  object["frame"] = type.frame;
+  object["fields"] = fields_json(type.fields, docs);
+  if (docs == Docs::included && !type.doc.empty()) object["doc"] = type.doc;
+  // Prose of a library may be in another encoding than UTF-8, a name may not.
+  return object.dump(-1, ' ', false,
+                     docs == Docs::included ? Json::error_handler_t::replace : Json::error_handler_t::strict);
 }
 
 [[noreturn]] void refuse_message(const std::string& where, const std::string& why) {
@@ -165,11 +184,11 @@ std::string_view name_of(FieldKind kind) {
 }
 
 std::string to_json(const MessageType& type) {
-  Json object;
-  object["name"] = type.name;
-  object["frame"] = type.frame;
-  object["fields"] = fields_json(type.fields);
-  return object.dump();
+  return json_text(type, Docs::left_out);
+}
+
+std::string to_documented_json(const MessageType& type) {
+  return json_text(type, Docs::included);
 }
 
 MessageType message_type_from_json(std::string_view text) {

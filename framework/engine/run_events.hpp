@@ -1,4 +1,4 @@
-// What an engine tells of a run beside its messages: which node stepped when, as messages of its own.
+// The events of a run beside its messages, such as which node stepped when, as messages of their own.
 #pragma once
 
 #include <array>
@@ -10,38 +10,33 @@
 
 namespace tactor {
 
-/// A step that has passed. Its message is stamped valid for the time at which it began, produced when it had passed.
-/// Under the virtual clock the difference is the modelled cost; live it is the time until the results were visible.
+/// A step that has passed.
 struct StepEvent {
   std::int32_t node = 0;  ///< index into the plan
 };
 
-/// A tick of a node in the real-time lane. Its message is stamped valid for the deadline, produced when the engine took
-/// it out of the lane, with the count of the node's ticks so far as its sequence. A tick without one was missed.
+/// A tick of a node in the real-time lane.
 struct TickEvent {
   static constexpr std::size_t most_inputs = 8;
-  std::int32_t node = 0;          ///< index into the plan
-  std::int32_t inputs = 0;        ///< entries of `seen` in use
-  std::int64_t tick = 0;          ///< its number, from 0
-  Phase phase = Phase::starting;  ///< as the tick saw it
-  std::uint64_t sets = 0;         ///< changes of parameters that the node had been given by then
-  /// By edge into the node, in the order of the plan: the sequence of the newest message that the tick saw, plus one;
-  /// 0: none.
+  std::int32_t node = 0;  ///< index into the plan
+  std::int32_t inputs = 0;
+  std::int64_t tick = 0;
+  Phase phase = Phase::starting;
+  std::uint64_t sets = 0;
   std::array<std::uint64_t, most_inputs> seen{};
 };
 
-/// A new parameter of a node; without text, one of the node's requests is done. Its message is stamped with the time
-/// from which it holds.
+/// A parameter that was set, or a request that is done.
 struct SetEvent {
   static constexpr std::size_t most_text = 256;
-  std::int32_t node = 0;                       ///< index into the plan
-  std::int32_t length = 0;                     ///< bytes of `text` in use
-  std::array<std::uint8_t, most_text> text{};  ///< `parameter=value`, as in a graph file, UTF-8
+  std::int32_t node = 0;  ///< index into the plan
+  std::int32_t length = 0;
+  std::array<std::uint8_t, most_text> text{};  ///< UTF-8
 };
 
-/// The run stops: devices ramp down from now on, sinks get nothing more. Its message is stamped with that time.
+/// The stop of a run.
 struct StopEvent {
-  std::int32_t failed = 0;  ///< 1: because something failed
+  std::int32_t failed = 0;
 };
 
 template <>

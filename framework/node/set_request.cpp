@@ -10,14 +10,21 @@ namespace tactor {
 template <>
 const MessageType& message_type<SetRequest>() {
   static const MessageType type =
-      Describe<SetRequest>("SetRequest")
-          .choice(
-              "kind", &SetRequest::kind,
-              {{"set", RequestKind::set}, {"set_number", RequestKind::set_number}, {"end_run", RequestKind::end_run}})
-          .field("setting", "1", &SetRequest::setting)
-          .field("number", "1", &SetRequest::number)
-          .field("about_length", "1", &SetRequest::about_length)
-          .field("about", "1", &SetRequest::about)
+      Describe<SetRequest>("SetRequest", "",
+                           "A request of a node to its run: to set a parameter of another node, or to end the run. "
+                           "Stamped valid for the step that made it.")
+          .choice("kind", &SetRequest::kind,
+                  {{"set", RequestKind::set, "The parameter of a declared setting gets the declared value."},
+                   {"set_number", RequestKind::set_number, "The parameter of a declared setting gets `number`."},
+                   {"end_run", RequestKind::end_run, "The run ends."}},
+                  "Request that is made.")
+          .field("setting", "1", &SetRequest::setting,
+                 "Index of the setting, counted from 0 in the order in which the node's type declares them.")
+          .field("number", "1", &SetRequest::number,
+                 "Value for a request `set_number`, in the SI unit of the parameter.")
+          .field("about_length", "1", &SetRequest::about_length, "Bytes of `about` in use.")
+          .field("about", "1", &SetRequest::about,
+                 "Purpose of the request in UTF-8, such as `trial 7, interval 1`. A failure names it.")
           .type();
   return type;
 }

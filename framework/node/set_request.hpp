@@ -10,11 +10,7 @@
 
 namespace tactor {
 
-enum class RequestKind : std::int32_t {
-  set,         ///< the parameter of a declared setting to its value
-  set_number,  ///< the parameter of a declared setting to `number`
-  end_run,
-};
+enum class RequestKind : std::int32_t { set, set_number, end_run };
 
 /// The session carries out the request, as its owner would by `Session::set` and `Session::stop`. Under the virtual
 /// clock it does so at the next whole millisecond, live within its own period (20 ms). A replay ignores requests: the
@@ -26,10 +22,10 @@ enum class RequestKind : std::int32_t {
 struct SetRequest {
   static constexpr std::size_t most_about = 64;
   RequestKind kind = RequestKind::set;
-  std::int32_t setting = 0;                      ///< index into what the type declares (NodeInfo::sets)
-  double number = 0;                             ///< set_number: the value, in the SI unit of the parameter
-  std::int32_t about_length = 0;                 ///< bytes of `about` in use
-  std::array<std::uint8_t, most_about> about{};  ///< what it is for, UTF-8: `trial 7, interval 1`; or empty
+  std::int32_t setting = 0;  ///< index into NodeInfo::sets
+  double number = 0;         ///< in the SI unit of the parameter
+  std::int32_t about_length = 0;
+  std::array<std::uint8_t, most_about> about{};  ///< UTF-8
 };
 
 /// The request for a declared setting. `about` has at most `most_about` bytes.

@@ -7,58 +7,50 @@
 
 namespace tactor {
 
-/// Where a trial is.
-enum class TrialPhase : std::int32_t {
-  waiting,    ///< the participant begins the block with any answer
-  lift,       ///< the next interval begins when nothing is touched
-  changing,   ///< nothing is felt
-  first,      ///< the first interval
-  second,     ///< the second interval
-  answering,  ///< which of the two?
-  done,
-};
+/// The phase of a trial.
+enum class TrialPhase : std::int32_t { waiting, lift, changing, first, second, answering, done };
 
-/// What the screen shows: nothing that tells condition or level.
+/// The message for the screen of the participant.
 struct ExperimentScreen {
   TrialPhase phase = TrialPhase::waiting;
-  std::int32_t trial = 0;  ///< from 1; 0 before the first
-  std::int32_t block = 0;  ///< from 1
+  std::int32_t trial = 0;
+  std::int32_t block = 0;
   std::int32_t blocks = 0;
-  double progress = 0;  ///< 0 to 1
+  double progress = 0;
 };
 
-/// A question to a simulated observer, and what a person would have felt.
+/// A question to a simulated observer.
 struct ExperimentQuestion {
-  std::int32_t number = 0;      ///< counts the questions, from 1
-  std::int32_t begins = 0;      ///< 1: any answer begins a block; nothing was felt
-  std::int32_t comparison = 0;  ///< the interval with the comparison, 0 or 1
-  std::int32_t condition = 0;   ///< of the comparison, in the order of the graph file, from 0
-  std::int32_t other = 0;       ///< of the other interval
-  double level = 0;             ///< of the comparison, in the unit of the protocol
+  std::int32_t number = 0;
+  std::int32_t begins = 0;
+  std::int32_t comparison = 0;
+  std::int32_t condition = 0;
+  std::int32_t other = 0;
+  double level = 0;  ///< in the unit of the protocol
 };
 
-/// An answer: the interval that was chosen.
+/// An answer to a question.
 struct ExperimentAnswer {
-  std::int32_t number = 0;    ///< of the question
-  std::int32_t interval = 0;  ///< 0 or 1
+  std::int32_t number = 0;
+  std::int32_t interval = 0;
 };
 
 /// A row of the table.
 struct ExperimentRow {
-  std::int32_t trial = 0;       ///< from 1
-  std::int32_t run = 0;         ///< from 1; a run that continues the table has the next number
-  std::int32_t block = 0;       ///< from 1
-  std::int32_t condition = 0;   ///< of the comparison, in the order of the graph file, from 0
-  std::int32_t other = 0;       ///< of the other interval
-  std::int32_t comparison = 0;  ///< the interval that held the comparison: 1 or 2
-  std::int32_t response = 0;    ///< the interval that was chosen: 1 or 2
-  std::int32_t correct = 0;     ///< 1 the comparison was chosen, 0 not, -1 there is no right answer
-  double level = 0;             ///< of the comparison, in the unit of the protocol
-  double response_time = 0;     ///< s, since the question was asked
-  double peak_first = 0;        ///< N, the largest force felt in the first interval; NaN where nobody tells
-  double peak_second = 0;       ///< N
-  double limited_first = 0;     ///< 0 to 1: the part of the ticks at which the device displayed less than was wanted
-  double limited_second = 0;    ///< the same of the second interval; NaN where nobody tells
+  std::int32_t trial = 0;
+  std::int32_t run = 0;
+  std::int32_t block = 0;
+  std::int32_t condition = 0;
+  std::int32_t other = 0;
+  std::int32_t comparison = 0;
+  std::int32_t response = 0;
+  std::int32_t correct = 0;
+  double level = 0;           ///< in the unit of the protocol
+  double response_time = 0;   ///< s
+  double peak_first = 0;      ///< N
+  double peak_second = 0;     ///< N
+  double limited_first = 0;   ///< 0 to 1
+  double limited_second = 0;  ///< 0 to 1
 };
 
 template <>

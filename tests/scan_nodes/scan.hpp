@@ -40,8 +40,8 @@ struct Scan {
 
 template <>
 inline const MessageType& message_type<ScanPoint>() {
-  static const MessageType type = Describe<ScanPoint>("scan.Point")
-                                      .field("p_SP", "m", &ScanPoint::p_SP)
+  static const MessageType type = Describe<ScanPoint>("scan.Point", "", "A point that a scanner saw.")
+                                      .field("p_SP", "m", &ScanPoint::p_SP, "Position, measured from the scanner.")
                                       .field("echo", "1", &ScanPoint::echo)
                                       .field("brightness", "W/m^2", &ScanPoint::brightness)
                                       .type();
@@ -60,18 +60,20 @@ inline const MessageType& message_type<ScanHead>() {
 
 template <>
 inline const MessageType& message_type<Scan>() {
-  static const MessageType type =
-      Describe<Scan>("scan.Scan", "S")
-          .field("turn", "1", &Scan::turn)
-          .choice("quality", &Scan::quality,
-                  {{"good", ScanQuality::good}, {"dusty", ScanQuality::dusty}, {"blind", ScanQuality::blind}})
-          .field("begin", &Scan::begin)
-          .field("points", &Scan::points)
-          .field("bounds", "m", &Scan::bounds)
-          .frame("W")
-          .field("heads", &Scan::heads)
-          .field("last", "1", &Scan::last)
-          .type();
+  static const MessageType type = Describe<Scan>("scan.Scan", "S", "One turn of a scanner.")
+                                      .field("turn", "1", &Scan::turn)
+                                      .choice("quality", &Scan::quality,
+                                              {{"good", ScanQuality::good},
+                                               {"dusty", ScanQuality::dusty, "Some points are missing."},
+                                               {"blind", ScanQuality::blind}},
+                                              "How far the turn can be trusted.")
+                                      .field("begin", &Scan::begin)
+                                      .field("points", &Scan::points)
+                                      .field("bounds", "m", &Scan::bounds)
+                                      .frame("W")
+                                      .field("heads", &Scan::heads)
+                                      .field("last", "1", &Scan::last)
+                                      .type();
   return type;
 }
 

@@ -1,4 +1,4 @@
-// How contacts as declared become those that physics was felt to have.
+// The correction of declared contacts to those that the results of physics show.
 #pragma once
 
 #include <algorithm>
@@ -10,7 +10,7 @@
 
 namespace tactor {
 
-/// What sets apart the contacts of two bodies from those of two others.
+/// The material of a contact, by which a correction finds it.
 struct ContactMaterial {
   double stiffness = 0;  ///< N/m
   double damping = 0;    ///< N s/m
@@ -21,11 +21,11 @@ struct ContactMaterial {
 /// The estimate of ContactFit, for contacts that are found later.
 struct ContactCorrection {
   static constexpr int most_materials = 8;
-  double scale_all = 1;           ///< multiplies stiffness and damping of every contact
-  double friction_scale_all = 1;  ///< multiplies the friction of every contact, before what follows
-  double stiffness_scale = 1;     ///< multiplies stiffness and damping of the tool's contacts of these materials
-  double friction_excess = 0;     ///< is added to their Coulomb coefficient; what comes out is 0 at least
-  std::int32_t count = 0;         ///< materials
+  double scale_all = 1;
+  double friction_scale_all = 1;
+  double stiffness_scale = 1;
+  double friction_excess = 0;
+  std::int32_t count = 0;
   std::array<ContactMaterial, most_materials> material{};
 
   /// Changes a contact as far as no estimate counts.
@@ -49,24 +49,30 @@ struct ContactCorrection {
 
 template <>
 inline const MessageType& message_type<ContactMaterial>() {
-  static const MessageType type = Describe<ContactMaterial>("ContactMaterial")
-                                      .field("stiffness", "N/m", &ContactMaterial::stiffness)
-                                      .field("damping", "N s/m", &ContactMaterial::damping)
-                                      .field("friction", "1", &ContactMaterial::friction)
-                                      .type();
+  static const MessageType type =
+      Describe<ContactMaterial>("ContactMaterial", "", "The combined material of two bodies in contact.")
+          .field("stiffness", "N/m", &ContactMaterial::stiffness, "Stiffness at weight 1, as Contact has it.")
+          .field("damping", "N s/m", &ContactMaterial::damping, "Damping at weight 1, as Contact has it.")
+          .field("friction", "1", &ContactMaterial::friction, "Coulomb coefficient of the two materials.")
+          .type();
   return type;
 }
 
 template <>
 inline const MessageType& message_type<ContactCorrection>() {
-  static const MessageType type = Describe<ContactCorrection>("ContactCorrection")
-                                      .field("scale_all", "1", &ContactCorrection::scale_all)
-                                      .field("friction_scale_all", "1", &ContactCorrection::friction_scale_all)
-                                      .field("stiffness_scale", "1", &ContactCorrection::stiffness_scale)
-                                      .field("friction_excess", "1", &ContactCorrection::friction_excess)
-                                      .field("count", "1", &ContactCorrection::count)
-                                      .field("material", &ContactCorrection::material)
-                                      .type();
+  static const MessageType type =
+      Describe<ContactCorrection>("ContactCorrection", "",
+                                  "Correction of the contacts of a local model, and of those that are found later.")
+          .field("scale_all", "1", &ContactCorrection::scale_all, "Factor on stiffness and damping of every contact.")
+          .field("friction_scale_all", "1", &ContactCorrection::friction_scale_all,
+                 "Factor on the Coulomb coefficient of every contact. It is applied before `friction_excess`.")
+          .field("stiffness_scale", "1", &ContactCorrection::stiffness_scale,
+                 "Further factor on stiffness and damping of the tool's contacts of the listed materials.")
+          .field("friction_excess", "1", &ContactCorrection::friction_excess,
+                 "Added to the Coulomb coefficient of the same contacts; the result is at least 0.")
+          .field("count", "1", &ContactCorrection::count, "Entries of `material` in use.")
+          .field("material", &ContactCorrection::material, "Materials of the contacts that were compared with physics.")
+          .type();
   return type;
 }
 

@@ -6,19 +6,26 @@ namespace tactor {
 
 template <>
 const MessageType& message_type<LocalModel>() {
-  static const MessageType type = Describe<LocalModel>("LocalModel", "W")
-                                      .field("time", &LocalModel::time)
-                                      .field("device", &LocalModel::device)
-                                      .field("bodies", &LocalModel::bodies)
-                                      .field("p_WT_result", "m", &LocalModel::p_WT_result)
-                                      .field("wrench_result", &LocalModel::wrench_result)
-                                      .field("law_error", "N", &LocalModel::law_error)
-                                      .field("law_unknown", "1", &LocalModel::law_unknown)
-                                      .field("coupling", &LocalModel::coupling)
-                                      .field("contacts", &LocalModel::contacts)
-                                      .field("correction", &LocalModel::correction)
-                                      .field("patch", &LocalModel::patch)
-                                      .type();
+  static const MessageType type =
+      Describe<LocalModel>("LocalModel", "W",
+                           "The moving bodies of a physics result, moved on to the newest device sample, and the "
+                           "contacts around them. Stamped as the physics result.")
+          .field("time", &LocalModel::time, "Time of the device sample that the bodies were moved on to.")
+          .field("device", &LocalModel::device, "Device sample at `time`.")
+          .field("bodies", &LocalModel::bodies, "Moving bodies at `time`.")
+          .field("p_WT_result", "m", &LocalModel::p_WT_result,
+                 "Position of the origin of the tool T in the physics result, at the stamp of the message.")
+          .field("wrench_result", &LocalModel::wrench_result,
+                 "Wrench of the coupling on the device in that result, within the limits of the device.")
+          .field("law_error", "N", &LocalModel::law_error,
+                 "Part of the contact force of that result that the contact law does not explain; 0 where nothing "
+                 "compares them.")
+          .field("coupling", &LocalModel::coupling, "Spring and damper between handle and tool.")
+          .field("contacts", &LocalModel::contacts, "Contacts around the bodies, before `correction`.")
+          .field("correction", &LocalModel::correction)
+          .field("patch", &LocalModel::patch,
+                 "Deforming surface around the tool at `time`; empty where nothing deforms.")
+          .type();
   return type;
 }
 

@@ -7,44 +7,59 @@ namespace tactor {
 
 template <>
 const MessageType& message_type<PatchNode>() {
-  static const MessageType type = Describe<PatchNode>("PatchNode", "W")
-                                      .field("p_W", "m", &PatchNode::p_W)
-                                      .field("v_W", "m/s", &PatchNode::v_W)
-                                      .field("fixed", "1", &PatchNode::fixed)
-                                      .type();
+  static const MessageType type =
+      Describe<PatchNode>("PatchNode", "W", "A surface node of a deformable body near the tool.")
+          .field("p_W", "m", &PatchNode::p_W, "Position in the physics result, measured from the origin of W.")
+          .field("v_W", "m/s", &PatchNode::v_W, "Velocity in the physics result.")
+          .field("fixed", "1", &PatchNode::fixed, "1: the node does not move. 0: it does.")
+          .type();
   return type;
 }
 
 template <>
 const MessageType& message_type<PatchFace>() {
-  static const MessageType type = Describe<PatchFace>("PatchFace")
-                                      .field("node", "1", &PatchFace::node)
-                                      .field("body", "1", &PatchFace::body)
-                                      .field("area", "m^2", &PatchFace::area)
-                                      .type();
+  static const MessageType type =
+      Describe<PatchFace>("PatchFace", "", "A triangle between nodes of the patch.")
+          .field("node", "1", &PatchFace::node, "Indices into `nodes`, counter-clockwise as seen from outside.")
+          .field("body", "1", &PatchFace::body,
+                 "Index of the deformable body, counted from 0 in the order of the graph file.")
+          .field("area", "m^2", &PatchFace::area, "Area at rest.")
+          .type();
   return type;
 }
 
 template <>
 const MessageType& message_type<PatchMode>() {
-  static const MessageType type = Describe<PatchMode>("PatchMode")
-                                      .field("stiffness", "1/s^2", &PatchMode::stiffness)
-                                      .field("damping", "1/s", &PatchMode::damping)
-                                      .field("force", "kg^0.5 m/s^2", &PatchMode::force)
-                                      .field("z", "kg^0.5 m", &PatchMode::z)
-                                      .field("rate", "kg^0.5 m/s", &PatchMode::rate)
-                                      .type();
+  static const MessageType type =
+      Describe<PatchMode>("PatchMode", "",
+                          "A shape in which the patch moves, of unit mass: z'' + damping z' + stiffness z = force + "
+                          "shape^T f, for forces f on the nodes. The nodes move from their place in the result by the "
+                          "sum of shape z.")
+          .field("stiffness", "1/s^2", &PatchMode::stiffness, "Square of the undamped angular frequency.")
+          .field("damping", "1/s", &PatchMode::damping, "Factor of the rate in the equation of the mode.")
+          .field("force", "kg^0.5 m/s^2", &PatchMode::force,
+                 "Modal force of strain and weight where the result has the nodes.")
+          .field("z", "kg^0.5 m", &PatchMode::z, "Modal displacement, 0 where the result has the nodes.")
+          .field("rate", "kg^0.5 m/s", &PatchMode::rate, "Rate of change of `z`.")
+          .type();
   return type;
 }
 
 template <>
 const MessageType& message_type<LocalPatch>() {
-  static const MessageType type = Describe<LocalPatch>("LocalPatch", "W")
-                                      .field("nodes", &LocalPatch::nodes)
-                                      .field("faces", &LocalPatch::faces)
-                                      .field("modes", &LocalPatch::modes)
-                                      .field("shapes", "kg^-0.5", &LocalPatch::shapes)
-                                      .type();
+  static const MessageType type =
+      Describe<LocalPatch>("LocalPatch", "W",
+                           "A deformable body around the tool: nodes of its surface that can be touched, and modes of "
+                           "the body condensed onto these and a few nodes elsewhere. All other nodes follow as in "
+                           "balance. It is empty where nothing deforms or the tool is far away. Stamped valid for the "
+                           "device sample that the step of physics was computed against.")
+          .field("nodes", &LocalPatch::nodes)
+          .field("faces", &LocalPatch::faces, "Triangles of the surface all of whose nodes are in the patch.")
+          .field("modes", &LocalPatch::modes)
+          .field("shapes", "kg^-0.5", &LocalPatch::shapes,
+                 "Displacements of the nodes for z = 1, mode after mode: x, y, z of each node in the order of `nodes`. "
+                 "Those of fixed nodes are zero.")
+          .type();
   return type;
 }
 

@@ -6,27 +6,35 @@
 
 namespace tactor {
 
-/// A place of a node, in single precision: it is looked at, not computed with.
+/// A node of a surface that is shown.
 struct ShownPoint {
   std::array<float, 3> p_W{};  ///< m
 };
 
-/// The surface nodes of all deformable bodies, in the order of Scene::deformable(); of a body, those that its boundary
-/// faces use, in the order of its mesh.
+/// The surface nodes of all deformable bodies.
 struct DeformedSurfaces {
   SharedArray<ShownPoint> nodes;
 };
 
 template <>
 inline const MessageType& message_type<ShownPoint>() {
-  static const MessageType type = Describe<ShownPoint>("ShownPoint", "W").field("p_W", "m", &ShownPoint::p_W).type();
+  static const MessageType type =
+      Describe<ShownPoint>("ShownPoint", "W", "A node of a surface, in single precision: for display alone.")
+          .field("p_W", "m", &ShownPoint::p_W, "Position of the node, measured from the origin of W.")
+          .type();
   return type;
 }
 
 template <>
 inline const MessageType& message_type<DeformedSurfaces>() {
   static const MessageType type =
-      Describe<DeformedSurfaces>("DeformedSurfaces", "W").field("nodes", &DeformedSurfaces::nodes).type();
+      Describe<DeformedSurfaces>("DeformedSurfaces", "W",
+                                 "The surfaces of all deformable bodies. Stamped valid for the device sample that the "
+                                 "step of physics was computed against.")
+          .field("nodes", &DeformedSurfaces::nodes,
+                 "Nodes body after body, in the order of the graph file. Of a body they are those of its boundary "
+                 "faces, in the order of its mesh.")
+          .type();
   return type;
 }
 

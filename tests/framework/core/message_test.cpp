@@ -58,7 +58,7 @@ BOOST_AUTO_TEST_CASE(a_description_goes_through_json_and_comes_back_equal) {
     const MessageType again = message_type_from_json(to_json(*type));
     BOOST_TEST(again.name == type->name);
     BOOST_TEST(again.frame == type->frame);
-    BOOST_TEST((again.fields == type->fields), type->name);
+    BOOST_TEST(to_json(again) == to_json(*type));
     BOOST_TEST(again.size == type->size);
     BOOST_TEST(again.alignment == type->alignment);
     BOOST_TEST(again.layout_hash == type->layout_hash);
@@ -84,6 +84,43 @@ BOOST_AUTO_TEST_CASE(any_change_of_a_description_changes_its_hash) {
   BOOST_TEST(differs([](MessageType& t) { t.fields[4].shape = {2, 3}; }));
   BOOST_TEST(differs([](MessageType& t) { t.frame = "W"; }));
   BOOST_TEST(!differs([](MessageType&) {}));
+}
+
+BOOST_AUTO_TEST_CASE(a_doc_changes_neither_the_type_nor_what_recordings_keep) {
+  const MessageType& type = message_type<Scan>();
+  MessageType other = type;
+  other.doc = "Another sentence.";
+  other.fields[1].doc = "Another one.";
+  other.fields[1].enumerators[0].doc = "A third.";
+  other.fields[3].fields[0].doc.clear();
+  lay_out(other);
+  BOOST_TEST(other.layout_hash == type.layout_hash);
+  BOOST_TEST(same_type(other, type));
+  BOOST_TEST(&keep_message_type(other) == &keep_message_type(type));
+  BOOST_TEST(to_json(other) == to_json(type));
+  BOOST_TEST(to_json(type).find("doc") == std::string::npos);
+}
+
+BOOST_AUTO_TEST_CASE(a_documented_description_has_every_sentence_and_is_read_as_the_same_type) {
+  const MessageType& type = message_type<Scan>();
+  const std::string text = to_documented_json(type);
+  BOOST_TEST(text.find(R"("doc":"One turn of a scanner.")") != std::string::npos);
+  BOOST_TEST(text.find(R"("doc":"How far the turn can be trusted.","docs":{"dusty":"Some points are missing."})") !=
+             std::string::npos);
+  BOOST_TEST(text.find(R"("doc":"Position, measured from the scanner.")") != std::string::npos);
+  const MessageType again = message_type_from_json(text);
+  BOOST_TEST(same_type(again, type));
+  BOOST_TEST(again.doc.empty());
+  MessageType latin = type;
+  latin.doc =
+      "Gr\xf6\xdf"
+      "e.";
+  BOOST_TEST(same_type(message_type_from_json(to_documented_json(latin)), type));
+}
+
+BOOST_AUTO_TEST_CASE(a_record_without_a_doc_gets_that_of_its_type) {
+  BOOST_TEST(field(message_type<Scan>().fields, "points").doc == "A point that a scanner saw.");
+  BOOST_TEST(field(message_type<PhysicsState>().fields, "p_WT").doc != field(message_type<Pose>().fields, "p").doc);
 }
 
 BOOST_AUTO_TEST_CASE(a_broken_description_is_refused_with_its_place) {
