@@ -152,7 +152,8 @@ py::dict series_of(const FinishedRun& run) {
 py::dict taps_of(const FinishedRun& run) {
   py::dict all;
   for (const auto& [output, buffer] : run.taps) {
-    all[py::str(output)] = py::make_tuple(to_documented_json(buffer->type()), MessageArrays(buffer->type()).take(buffer->take()));
+    all[py::str(output)] =
+        py::make_tuple(to_documented_json(buffer->type()), MessageArrays(buffer->type()).take(buffer->take()));
   }
   return all;
 }

@@ -8,8 +8,10 @@ template <>
 const MessageType& message_type<Pose>() {
   static const MessageType type =
       Describe<Pose>("Pose", "", "The pose of a frame B in a frame A.")
-          .field("p", "m", &Pose::p, "Position of the origin of B, measured from the origin of A.")
-          .field("R", "1", &Pose::R, "Unit quaternion w, x, y, z: it rotates vectors expressed in B to A.")
+          .field("p", "m", &Pose::p,
+                 "Position of the origin of B, measured from the origin of A (the world in `X_WB`).")
+          .field("R", "1", &Pose::R,
+                 "Unit quaternion w, x, y, z: it rotates vectors expressed in B to A (the world in `X_WB`).")
           .type();
   return type;
 }

@@ -1,9 +1,10 @@
-"""Messages as numpy structured arrays that know their units."""
+"""Messages as numpy structured arrays that know their units, and what their fields mean."""
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
-from typing import Any, Dict, Iterator, Optional, Tuple
+import textwrap
+from dataclasses import dataclass, field as member
+from typing import Any, Dict, Iterator, List, Optional, Tuple
 
 import numpy as np
 import numpy.typing as npt
@@ -21,21 +22,37 @@ class Field:
     changes_size: bool  #: an array of as many elements as each message has
     values: Dict[str, int]  #: of an enumeration: its names
     record: Optional[MessageType]
+    doc: str = member(default="", compare=False)  #: what it means; empty in a recording
+    value_docs: Dict[str, str] = member(default_factory=dict, compare=False)  #: of names that do not say it
 
 
 @dataclass(frozen=True)
 class MessageType:
-    """What a message holds: its fields with units and frames."""
+    """What a message holds: its fields with units, frames and meaning.
+
+    `help(session.feed("hand").type)` and `print` show them all. Two types that differ only in `doc` are equal; a
+    recording keeps no `doc`.
+    """
 
     name: str
     frame: str
     fields: Tuple[Field, ...]
-    description: str  #: as recordings keep it, JSON
+    description: str = member(compare=False)  #: JSON, as `tactor schema --messages` prints it
+    doc: str = member(default="", compare=False)  #: what it is, and what its stamp means
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "__doc__", _help_of(self))
+
+    def __str__(self) -> str:
+        return self.__doc__ or ""
+
+    def __repr__(self) -> str:
+        return f"<tactor.MessageType {self.name}>"
 
     @classmethod
     def from_json(cls, description: str) -> MessageType:
         made = _type_of(json.loads(description), "")
-        return cls(made.name, made.frame, made.fields, description)
+        return cls(made.name, made.frame, made.fields, description, made.doc)
 
     def field(self, name: str) -> Optional[Field]:
         """The field of that name, or None."""
@@ -68,7 +85,8 @@ class MessageType:
 def _type_of(said: Dict[str, Any], outer: str) -> MessageType:
     frame = said.get("frame") or outer
     fields = tuple(_field_of(field, frame) for field in said["fields"])
-    return MessageType(said.get("name") or said.get("record") or "", frame, fields, json.dumps(said))
+    name = said.get("name") or said.get("record") or ""
+    return MessageType(name, frame, fields, json.dumps(said), said.get("doc", ""))
 
 
 def _field_of(said: Dict[str, Any], outer: str) -> Field:
@@ -77,7 +95,29 @@ def _field_of(said: Dict[str, Any], outer: str) -> Field:
     if "fields" in said:
         record = _type_of({"name": said["record"], "frame": frame, "fields": said["fields"]}, frame)
     return Field(said["name"], said.get("unit", "1"), frame, said["kind"], tuple(said.get("shape", ())),
-                 bool(said.get("changes_size", False)), dict(said.get("enumerators", {})), record)
+                 bool(said.get("changes_size", False)), dict(said.get("enumerators", {})), record,
+                 said.get("doc", ""), dict(said.get("docs", {})))
+
+
+def _help_of(type: MessageType) -> str:
+    """The type and all of its fields as text for people."""
+    lines: List[str] = [*textwrap.wrap(f"{type.name}: {type.doc}" if type.doc else type.name, 116), "", "Fields:"]
+    for path, field in type.leaves():
+        kind = field.record.name if field.record is not None else field.kind
+        sizes = [str(n) for n in field.shape]
+        parts = [f"{kind} [{' x '.join(sizes)}]" if sizes else kind]
+        if field.changes_size:
+            parts.append("any number")
+        if field.record is None and field.unit != "1":
+            parts.append(field.unit)
+        if field.record is None and field.frame and sizes:
+            parts.append(f"in {field.frame}")
+        lines.append(f"    {path} ({', '.join(parts)})")
+        lines += [f"        {line}" for line in textwrap.wrap(field.doc, 108)]
+        for name, value in field.values.items():
+            said = f"{name} = {value}" + (f": {field.value_docs[name]}" if name in field.value_docs else "")
+            lines += textwrap.wrap(said, 108, initial_indent=" " * 12, subsequent_indent=" " * 16)
+    return "\n".join(lines)
 
 
 class Messages(np.ndarray[Any, np.dtype[Any]]):

@@ -84,6 +84,15 @@ class ForeignMessages(CommandTest):
         self.assertTrue(fields["points"]["changes_size"])
         self.assertEqual(fields["bounds"]["shape"], [3, 2])
         self.assertEqual([one["unit"] for one in fields["points"]["fields"]], ["m", "1", "W/m^2"])
+        self.assertEqual(types["scan.Scan"]["doc"], "One turn of a scanner.")
+        self.assertEqual(fields["quality"]["doc"], "How far the turn can be trusted.")
+        self.assertEqual(fields["quality"]["docs"], {"dusty": "Some points are missing."})
+        self.assertEqual(fields["points"]["fields"][0]["doc"], "Position, measured from the scanner.")
+        self.assertNotIn("doc", fields["turn"])
+
+    def test_a_recording_keeps_no_sentence(self):
+        with h5py.File(self.recorded()) as file:
+            self.assertNotIn("doc", file["streams/scanner.scan"].attrs["description"])
 
     def test_a_stream_of_another_type_is_refused_where_the_edge_is(self):
         graph = self.write("replay.yaml", (REPLAY % self.recorded()).replace(

@@ -131,6 +131,16 @@ class Pages(CommandTest):
         self.assertIn("| `force` | f64 \\[3\\] | N | W |", section)
         self.assertRegex(section, r"layout hash `[0-9a-f]{16}`")
 
+    def test_messages_say_what_fields_values_and_stamps_mean(self):
+        contacts = self.message("ContactSet")
+        self.assertIn("Stamped valid for the time at which the query began", contacts)
+        self.assertRegex(contacts, r"\| `contact\.n_W` \|.*\| Unit normal from the other body towards the moving body T\.")
+        self.assertRegex(contacts, r"\| `pair\.other` \|.*-1 where it is fixed\. \|")
+        self.assertIn("- `cause` is `stale`: No fresh segment", self.message("SafetyState"))
+        for name in re.findall(r"^## (.+)$", self.pages["message_types.md"], re.MULTILINE):
+            for row in re.findall(r"^\| `.*$", self.message(name), re.MULTILINE):
+                self.assertRegex(row, r"\. \|$", f"{name}: a field without its meaning")
+
 
 class Manual(CommandTest):
     def setUp(self):

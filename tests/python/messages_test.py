@@ -2,6 +2,7 @@
 import os
 import pathlib
 import pickle
+import pydoc
 import subprocess
 import sys
 import unittest
@@ -35,6 +36,54 @@ def same(test, a, b, path=""):
                     numpy.testing.assert_array_equal(one, other, path + name)
         else:
             numpy.testing.assert_array_equal(a[name], b[name], path + name)
+
+
+@needs_hdf5
+class Meaning(PackageTest):
+    def help_of(self, type):
+        """As `help(type)` prints it, on as few lines as it has sentences."""
+        return " ".join(pydoc.render_doc(type, renderer=pydoc.plaintext).split())
+
+    def test_help_on_the_type_of_a_feed_tells_unit_frame_and_meaning_of_each_field(self):
+        graph = self.write("graph.yaml", f"""{SCAN_SCENE}
+nodes:
+  hand: {{type: source.feed, message: Target}}
+  contacts: {{type: source.feed, message: ContactSet}}
+  gate: {{type: source.feed, message: SafetyState}}
+record: [hand.message, contacts.message, gate.message]
+""")
+        with tactor.Session(graph) as session:
+            target = session.feed("hand").type
+            self.assertEqual(target.field("v_WH").doc, "Velocity of the origin of H.")
+            self.assertIn("<tactor.MessageType Target> Target: The pose and velocity", self.help_of(target))
+            self.assertIn("v_WH (f64 [3], m/s, in W) Velocity of the origin of H.", self.help_of(target))
+            said = self.help_of(session.feed("contacts").type)
+            self.assertIn("contact.p_TC (f64 [3], m, in T) Contact point of the moving body", said)
+            self.assertIn("pair (ContactPair [128]) The two bodies of a contact", said)
+            gate = session.feed("gate").type
+            self.assertEqual(gate.field("cause").value_docs["dead_man"], "The dead-man button was released.")
+            self.assertIn("stale = 7: No fresh segment has come for too long.", self.help_of(gate))
+            for type in (target, gate, session.feed("contacts").type):
+                self.assertEqual(str(type), type.__doc__)
+                for path, field in type.leaves():
+                    self.assertRegex(field.doc, r"\.$", f"{type.name}.{path}")
+
+    def test_what_a_type_says_is_no_part_of_what_it_is(self):
+        plain = '{"name": "my.Thing", "frame": "W", "fields": [{"name": "a", "unit": "m", "kind": "f64"%s}]%s}'
+        silent = tactor.MessageType.from_json(plain % ("", ""))
+        spoken = tactor.MessageType.from_json(plain % (', "doc": "Length."', ', "doc": "A thing."'))
+        self.assertEqual(silent, spoken)
+        self.assertEqual(str(silent), "my.Thing\n\nFields:\n    a (f64, m)")
+        self.assertEqual(str(spoken), "my.Thing: A thing.\n\nFields:\n    a (f64, m)\n        Length.")
+        self.assertEqual(str(pickle.loads(pickle.dumps(spoken))), str(spoken))
+
+    @unittest.skipUnless((BUILD / "tests/nodes/libtactor_scan.so").exists(), "the library of scans is not built")
+    def test_types_of_other_libraries_say_theirs(self):
+        with tactor.Session(self.write("fed.yaml", FED)) as session:
+            said = self.help_of(session.feed("hand").type)
+        self.assertIn("scan.Scan: One turn of a scanner.", said)
+        self.assertIn("quality (u8) How far the turn can be trusted. good = 0 dusty = 7: Some points are missing.", said)
+        self.assertIn("points.p_SP (f64 [3], m, in S) Position, measured from the scanner.", said)
 
 
 @needs_hdf5
@@ -82,6 +131,7 @@ class Recordings(PackageTest):
         self.assertGreater(len(tapped), 20)
         same(self, tapped, recorded)
         self.assertEqual(tapped.units, recorded.units)
+        self.assertEqual(tapped.type, recorded.type)
         self.assertEqual(tapped.units["points.p_SP"], "m")
         self.assertEqual(tapped.units["heads.warmth"], "K")
         self.assertEqual(tapped["heads"].units, {"code": "1", "R_SH": "1", "warmth": "K"})

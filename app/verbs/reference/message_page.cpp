@@ -1,4 +1,4 @@
-// The message types of the shipped libraries, as their descriptions say them.
+// The page of message types, made of their descriptions.
 #include <fmt/format.h>
 
 #include "app/verbs/reference/pages.hpp"
@@ -34,8 +34,20 @@ void add_fields(const std::vector<Field>& fields, const std::string& prefix, con
     const bool is_vector = !field.shape.empty() || !field.frame.empty();
     rows.push_back({code_span(prefix + field.name), field_kind(field, page),
                     is_record || field.unit == "1" ? "" : page.text(field.unit), is_record || !is_vector ? "" : in,
-                    enumerators(field)});
+                    enumerators(field), page.text(field.doc)});
     if (is_record) add_fields(field.fields, prefix + field.name + ".", in, page, rows);
+  }
+}
+
+/// `cause` is `stale`: No fresh segment has come for too long. An item for each value that has a doc.
+void add_values(const std::vector<Field>& fields, const std::string& prefix, const PageWriter& page,
+                std::vector<std::string>& items) {
+  for (const Field& field : fields) {
+    for (const Enumerator& value : field.enumerators) {
+      if (value.doc.empty()) continue;
+      items.push_back(code_span(prefix + field.name) + " is " + code_span(value.name) + ": " + page.text(value.doc));
+    }
+    add_values(field.fields, prefix + field.name + ".", page, items);
   }
 }
 
@@ -58,20 +70,26 @@ std::string ports_of(const std::string& message, bool outputs, const ReferenceSo
 
 void add_message_page(const ReferenceSource& source, Pages& pages) {
   PageWriter page("message_types.md", "Message types", source.types);
-  page.prose("Look up what the messages between nodes hold: fields, units, frames and enumerations.");
+  page.prose("Look up what the messages between nodes hold: fields with units, frames and meaning.");
   page.code("sh", "tactor schema --messages        # the same as JSON, of all installed libraries\n");
   page.markdown(fmt::format(
       "A field that shows no unit is a plain number. `ns` is a time. Vectors are expressed in the frame that the table "
-      "shows: W is the world. The layout hash covers names, units, frames and kinds; two types of one hash hold the "
-      "same "
-      "bytes. {} tells how to describe a type of your own.",
+      "shows: W is the world. The layout hash covers names, units, frames and kinds, but not the meaning; two types of "
+      "one hash hold the same bytes. {} tells how to describe a type of your own.",
       page.link("Messages", "messages.md")));
+  page.prose(
+      "Each message also has three stamps. `valid` is the time of the run that it holds for, `produced` the time from "
+      "which its readers see it. `sequence` counts the messages of its output from 0.");
   for (const auto& [name, type] : source.registry.message_types()) {
     if (type == &any_message()) continue;
     page.heading(2, name);
+    page.prose(type->doc);
     std::vector<std::vector<std::string>> rows;
     add_fields(type->fields, "", type->frame, page, rows);
-    page.table({"field", "kind", "unit", "frame", "values"}, rows);
+    page.table({"field", "kind", "unit", "frame", "values", "meaning"}, rows);
+    std::vector<std::string> values;
+    add_values(type->fields, "", page, values);
+    page.list(values);
     page.markdown(fmt::format("{} bytes, layout hash `{:016x}`.", type->size, type->layout_hash));
     std::vector<std::string> items;
     const std::string senders = ports_of(name, true, source, page), readers = ports_of(name, false, source, page);
