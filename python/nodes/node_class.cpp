@@ -91,6 +91,8 @@ ParamInfo param_from(const std::string& name, const py::object& declared) {
   param.doc = declared.attr("doc").cast<std::string>();
   const py::object value = declared.attr("default");
   if (!value.is_none()) param.default_value = value_from(value, param.kind);
+  const py::object in_reference = declared.attr("in_reference");
+  if (!in_reference.is_none()) param.in_reference = value_from(in_reference, param.kind);
   return param;
 }
 

@@ -94,6 +94,7 @@ class _Parameter:
     tunable: bool
     doc: str
     ramp: bool = False
+    in_reference: Any = None
     rate: bool = False
     fixed: bool = False  # of a rate
 
@@ -109,6 +110,7 @@ def Parameter(
     file: bool = False,
     tunable: bool = False,
     ramp: bool = False,
+    in_reference: Any = None,
     doc: str = "",
 ) -> Any:
     """A parameter, which a graph may give beside `python:`. In the node its attribute is the value, in SI units.
@@ -121,6 +123,8 @@ def Parameter(
     file: the path of a file that exists, found as meshes are; its content counts where results are kept.
     tunable: it may be set while a run goes on; the node's `tune()` is called afterwards, where it has one.
     ramp: the time in s in which the node reaches a new value; an experiment that sets the node must wait for it.
+    in_reference: the value in a reference run, in SI units, whatever the graph gives: a finer step, or no noise. Without
+    it a reference run has the graph's value.
     """
     kind = _kind_of(default, type, choices, file)
     if kind in ("integer", "real") and default is not None:
@@ -143,7 +147,8 @@ def Parameter(
     for number in default if kind == "reals" and default is not None else [default]:
         if isinstance(number, (int, float)) and not low <= number <= high:
             raise ValueError(f"expected a default from {low} to {high}, found {number}")
-    return _Parameter(default, kind, unit, low, high, tuple(choices), tunable, doc, ramp)
+    truth = _reference_value(in_reference, kind, choices, low, high)
+    return _Parameter(default, kind, unit, low, high, tuple(choices), tunable, doc, ramp, truth)
 
 
 def Rate(default: float | None = None, *, min: float = 1e-3, max: float = 1e5, fixed: bool = False, doc: str = "how often it steps") -> Any:
@@ -157,6 +162,28 @@ def Rate(default: float | None = None, *, min: float = 1e-3, max: float = 1e5, f
     made.rate = True
     made.fixed = fixed
     return made
+
+
+def _reference_value(value: Any, kind: str, choices: Sequence[str], low: float, high: float) -> Any:
+    """The value of a parameter in a reference run, checked as a graph's would be; None where there is none."""
+    if value is None:
+        return None
+    if kind == "file":
+        raise TypeError("in_reference is not for a file")
+    types: dict[str, Any] = {"boolean": bool, "integer": int, "real": (int, float), "reals": (list, tuple)}
+    numbers = value if isinstance(value, (list, tuple)) else [value]
+    is_number = all(isinstance(x, (int, float)) and not isinstance(x, bool) for x in numbers)
+    if not isinstance(value, types.get(kind, str)) or (kind in ("integer", "real", "reals") and not is_number):
+        raise TypeError(f"expected in_reference of the type of the parameter ({kind}), found {value!r}")
+    if kind == "choice" and value not in choices:
+        raise ValueError(f"expected in_reference as one of {', '.join(choices)}, found {value!r}")
+    if kind in ("integer", "real", "reals"):
+        for number in numbers:
+            if not (math.isfinite(number) and low <= number <= high):
+                raise ValueError(f"expected in_reference from {low} to {high}, found {number}")
+    if kind == "reals":
+        return [float(x) for x in numbers]
+    return float(value) if kind == "real" else value
 
 
 def _kind_of(default: Any, type_: type | None, choices: Sequence[str], file: bool) -> str:

@@ -286,6 +286,50 @@ class NodesInPython(CommandTest):
         helper.write_text("SPEED = 0.03\n")
         self.assertEqual(error(by_helper), fast)
 
+    def test_a_parameter_has_the_value_for_the_reference_run_there(self):
+        graph = self.write("hand.yaml", "extends: wall/off.yaml\nduration: 1 s\n"
+                                        "nodes: {trajectory: {python: 'hand.py:Hand', sway: 1 mm}}\n")
+
+        def run(in_reference):
+            parameter = f'\n    sway = tactor.Parameter(0.0, unit="m", max=0.01{in_reference}, doc="an offset of the hand")'
+            text = HAND.replace("    rate = tactor.Rate(1000.0)", "    rate = tactor.Rate(1000.0)" + parameter + '''
+
+    def start(self, step):
+        print(f"sway {self.sway}")''').replace("0.01 - %s * min(step.now, 0.5)", "0.01 - 0.02 * min(step.now, 0.5) + self.sway")
+            self.write("hand.py", text % "")
+            done = self.run_ok("run", graph, "--out", self.folder / "out", "--overwrite")
+            error = json.loads((self.folder / "out" / "summary.json").read_text())["delivered"]["force"]["rms_error_N"]
+            return {line for line in done.stderr.splitlines() if line.startswith("sway ")}, error
+
+        alike, small = run("")
+        self.assertEqual(alike, {"sway 0.001"})
+        apart, large = run(", in_reference=0.0")
+        self.assertEqual(apart, {"sway 0.001", "sway 0.0"})
+        # The truth is that of another hand.
+        self.assertGreater(large, 2 * small)
+
+    def test_a_value_for_the_reference_run_is_checked_as_one_of_a_graph(self):
+        for parameter, said in (
+            ('1.0, max=2, in_reference=3.0', "expected in_reference from -inf to 2, found 3.0"),
+            ('1.0, in_reference=float("nan")', "expected in_reference from -inf to inf, found nan"),
+            ('1.0, in_reference="fine"', "expected in_reference of the type of the parameter (real), found 'fine'"),
+            ('1.0, in_reference=True', "expected in_reference of the type of the parameter (real), found True"),
+            ('1, in_reference=0.5', "expected in_reference of the type of the parameter (integer), found 0.5"),
+            ('True, in_reference=1', "expected in_reference of the type of the parameter (boolean), found 1"),
+            ('[1.0], max=2, in_reference=[1.0, 3.0]', "expected in_reference from -inf to 2, found 3.0"),
+            ('[1.0], in_reference=["a"]', "expected in_reference of the type of the parameter (reals), found ['a']"),
+            ('"a", choices=("a", "b"), in_reference="c"', "expected in_reference as one of a, b, found 'c'"),
+            ('"x.csv", file=True, in_reference="y.csv"', "in_reference is not for a file"),
+        ):
+            with self.subTest(parameter=parameter):
+                self.hold(gain=("tactor.Parameter(1.0, min=0, max=2, ", f"tactor.Parameter({parameter}, "))
+                self.refused("hold.py:9: ", said)
+        for parameter in ('False, in_reference=True', '3, in_reference=5', '[1.0], in_reference=[2, 3]', '"a", in_reference=""',
+                          '"a", choices=("a", "b"), in_reference="b"', '1.0, in_reference=2'):
+            with self.subTest(parameter=parameter):
+                self.hold(gain=("tactor.Parameter(1.0, min=0, max=2, ", f"tactor.Parameter({parameter}, "))
+                self.run_ok("check", self.wall())
+
     def test_code_in_a_package_counts_and_leaves_no_compiled_files(self):
         graph = self.write("hand.yaml", "extends: wall/off.yaml\nduration: 1 s\n"
                                         "nodes: {trajectory: {python: 'hand.py:Hand'}}\n")
