@@ -180,6 +180,20 @@ BOOST_AUTO_TEST_CASE(without_another_graph_or_without_contact_nothing_is_compare
   says(verdict_of(six_seeds(), noisy), "the machine was not quiet, so take these with care.");
 }
 
+BOOST_AUTO_TEST_CASE(a_row_without_a_reference_is_left_out_of_every_ranking_and_said_to_be) {
+  Comparison c = six_seeds();
+  add_row(c, "blind", six({{nan_, nan_, nan_, nan_}, {0.1, 0.2, 0.1, 0.2}, {0, 0, 0, 0}, {1, 1, 1, 1}, {1, 2, 3, 4}}));
+  const std::string text = verdict_of(c);
+  says(text, "local is nearest to the reference");
+  says(text, "off is smoothest");
+  says(text, "local is nearest in time");
+  says(text, "Not ranked, because no reference judged the runs: blind.");
+  for (std::size_t column = 0; column < 4; ++column) BOOST_TEST(ranking(c, column).rows.size() == 2U);
+  // The reference of one run is enough: a method may have no force to be judged.
+  c.rows[2].runs[3].metrics = {{"reference.rate_hz", 10000}};
+  says(verdict_of(c), "blind is smoothest");
+}
+
 BOOST_AUTO_TEST_CASE(the_best_are_those_of_the_declared_direction) {
   Comparison c = comparison(1);
   add_row(c, "a", {{3}, {1}, {1}, {10}, {5}});
@@ -260,6 +274,13 @@ BOOST_AUTO_TEST_CASE(no_report_says_more_than_its_runs_tell) {
        },
        {"no error: the reference is no finer than the run"},
        {"× the least error", "tied for", "(least)"}},
+      {"no reference",
+       [](Comparison& c) {
+         for (CompareRow& row : c.rows) row.values[0].assign(row.values[0].size(), nan_);
+       },
+       {"No method is ranked.", "Not ranked, because no reference judged the runs: m0",
+        "no error: no reference judged the runs"},
+       {"× the least error", "tied for", "(least)", "smoothest", "nearest", "Pareto front"}},
       {"every run of the best failed",
        [](Comparison& c) {
          for (std::size_t s = 0; s < c.seeds.size(); ++s) fail(c.rows.front(), s);
@@ -351,6 +372,8 @@ BOOST_AUTO_TEST_CASE(a_cell_says_how_near_a_method_is_and_names_no_winner_within
   BOOST_TEST(count(compare_report(c, {}), "aria-label=\"best\"") == 0U);
   c = comparison(1);
   add_row(c, "a", {{nan_}, {1}, {1}, {1}, {1}});
+  are(c, {"no error: no reference judged the runs"});
+  c.rows[0].runs[0].metrics = {{"reference.rate_hz", 10000}};
   are(c, {"no error is known"});
 }
 

@@ -96,6 +96,14 @@ BOOST_AUTO_TEST_CASE(the_direction_and_the_unit_of_the_error_are_those_that_are_
   BOOST_CHECK(front_of(work_precision(study).graphs[0].points) == std::vector<bool>({false, false, true, true}));
 }
 
+BOOST_AUTO_TEST_CASE(points_without_a_reference_are_on_no_front_whatever_the_error_is) {
+  Study study = two_methods({}, StudyTime::both);
+  study.spec.error = study.comparison.columns[0].metric = "delivered.force.rms_d2_N_per_ms2";
+  BOOST_CHECK(front_of(work_precision(study).graphs[0].points) == std::vector<bool>({false, false, false, false}));
+  for (CompareRow& row : study.comparison.rows) row.runs[0].metrics = {{"reference.rate_hz", 10000}};
+  BOOST_CHECK(front_of(work_precision(study).graphs[0].points) == std::vector<bool>({false, false, true, true}));
+}
+
 BOOST_AUTO_TEST_CASE(bounds_are_on_no_front_and_undercut_nothing) {
   const WorkPrecision found = work_precision(two_methods({"line"}, StudyTime::both));
   const std::vector<WorkPoint>& all = found.graphs[0].points;

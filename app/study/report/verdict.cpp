@@ -10,6 +10,7 @@
 #include "app/report/html_page.hpp"
 #include "app/run/summary.hpp"
 #include "app/study/plan/run_case.hpp"
+#include "app/study/table/study.hpp"
 
 namespace tactor {
 
@@ -164,7 +165,7 @@ std::string cost_sentence(const Comparison& comparison, const TimingNote& timing
 
 /// Why rows are not ranked.
 std::string not_ranked(const Comparison& comparison) {
-  std::vector<std::string> failed, lacking, unlike, untouched;
+  std::vector<std::string> failed, lacking, unlike, untouched, unjudged;
   std::map<std::string, std::vector<std::string>> too_coarse;
   for (std::size_t row = 0; row < comparison.rows.size(); ++row) {
     const CompareRow& mine = comparison.rows[row];
@@ -172,6 +173,8 @@ std::string not_ranked(const Comparison& comparison) {
       failed.push_back(breakable(case_name(mine.graph, mine.configuration)));
     } else if (!mine.too_coarse.empty()) {
       too_coarse[mine.too_coarse].push_back(breakable(mine.name()));
+    } else if (!mine.has_reference(comparison.columns)) {
+      unjudged.push_back(breakable(mine.name()));
     } else if (!mine.unlike.empty()) {
       unlike.push_back(breakable(mine.name()));
     } else if (mine.never_touches()) {
@@ -191,6 +194,9 @@ std::string not_ranked(const Comparison& comparison) {
   if (!untouched.empty()) text += fmt::format("<br>\nNot ranked, because nothing touches: {}.", listed(untouched));
   if (!unlike.empty()) {
     text += fmt::format("<br>\nNot ranked, because more than the method differs: {}.", listed(unlike));
+  }
+  if (!unjudged.empty()) {
+    text += fmt::format("<br>\nNot ranked, because no reference judged the runs: {}.", listed(unjudged));
   }
   for (const auto& [why, names] : too_coarse) {
     text += fmt::format("<br>\nNot ranked, because {}: {}.", escape(why), listed(names));
@@ -223,8 +229,9 @@ std::string sentences(const Comparison& comparison, const TimingNote& timing) {
     return "One graph was run: there is nothing to compare it with." +
            (ranked.empty() ? not_ranked(comparison) : sentences_of_one(comparison, ranked.front()));
   }
-  const bool is_judged =
-      std::all_of(rows.begin(), rows.end(), [](const CompareRow& row) { return row.too_coarse.empty(); });
+  const bool is_judged = std::all_of(rows.begin(), rows.end(), [&](const CompareRow& row) {
+    return row.too_coarse.empty() && row.has_reference(comparison.columns);
+  });
   if (ranked.empty() && !is_judged) return "No method is ranked." + not_ranked(comparison);
   if (ranked.size() < 2) {
     return (ranked.empty()
@@ -258,7 +265,8 @@ bool Ranking::is_best(std::size_t row) const {
 
 bool is_ranked(const Comparison& comparison, std::size_t row) {
   const CompareRow& asked = comparison.rows[row];
-  if (!asked.too_coarse.empty() || !asked.unlike.empty() || asked.never_touches()) return false;
+  if (!asked.too_coarse.empty() || !asked.has_reference(comparison.columns)) return false;
+  if (!asked.unlike.empty() || asked.never_touches()) return false;
   const std::vector<RunStatus>& mine = comparison.rows[row].status;
   bool any = false;
   for (std::size_t s = 0; s < mine.size(); ++s) {
@@ -301,6 +309,7 @@ std::string verdict_text(const Comparison& comparison, std::size_t row) {
   const CompareRow& mine = comparison.rows[row];
   if (mine.seeds_done() == 0) return "every run failed";
   if (!mine.too_coarse.empty()) return "no error: the reference is no finer than the run";
+  if (!mine.has_reference(comparison.columns)) return "no error: no reference judged the runs";
   if (!mine.unlike.empty()) return "not ranked: another scene or coupling";
   if (mine.never_touches()) return "nothing touches";
   if (!is_ranked(comparison, row)) return "not ranked: runs failed";

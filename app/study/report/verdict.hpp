@@ -25,8 +25,8 @@ struct Ranking {
   [[nodiscard]] bool is_best(std::size_t row) const;
 };
 
-/// Whether the row has every seed that some row has, a truth that is finer than its runs, contacts, and the scene and
-/// coupling of the others. One that lacks a seed is not ranked: the seeds that it lacks may be the hard ones.
+/// Whether the row has every seed that some row has, a reference that is finer than its runs, contacts, and the scene
+/// and coupling of the others. One that lacks a seed is not ranked: the seeds that it lacks may be the hard ones.
 bool is_ranked(const Comparison& comparison, std::size_t row);
 
 /// The ranking by the metric of that column, with the direction that the metric declares.

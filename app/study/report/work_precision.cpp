@@ -76,16 +76,17 @@ WorkPoint point_of(const Study& study, std::size_t configuration, const std::vec
     return spread_of(by_seed);
   };
   const auto [curve, values] = place_of(study, study.configurations[configuration]);
-  return {
-      curve,
-      values,
-      spread(study.spec.error),
-      spread("cpu_ms_per_s"),
-      spread("method_us_per_tick"),
-      is_bound(study.spec, study.configurations[configuration]),
-      seeds.size(),
-      comparison.seeds.size(),
-      std::all_of(rows.begin(), rows.end(), [&](std::size_t row) { return comparison.rows[row].too_coarse.empty(); })};
+  return {curve,
+          values,
+          spread(study.spec.error),
+          spread("cpu_ms_per_s"),
+          spread("method_us_per_tick"),
+          is_bound(study.spec, study.configurations[configuration]),
+          seeds.size(),
+          comparison.seeds.size(),
+          std::all_of(rows.begin(), rows.end(), [&](std::size_t row) {
+            return comparison.rows[row].too_coarse.empty() && comparison.rows[row].has_reference(comparison.columns);
+          })};
 }
 
 /// The points of these graphs together, by their index.

@@ -34,7 +34,7 @@ struct WorkPoint {
   bool bound = false;  ///< no method, but what methods cannot be asked for: on no front
   std::size_t seeds_done = 0;
   std::size_t seeds = 0;    ///< that were asked for
-  bool judged = true;       ///< by a truth that is finer than the runs; else on no front
+  bool judged = true;       ///< by a reference that is finer than the runs; else on no front
   bool front_run = false;   ///< no other method of the graph has a smaller error in as little CPU time of the run
   bool front_tick = false;  ///< nor in as little a tick
 

@@ -200,6 +200,16 @@ bool CompareRow::never_touches() const {
   return any;
 }
 
+bool CompareRow::has_reference(const std::vector<Column>& columns) const {
+  const std::span<const double> errors = metric("delivered.force.rms_error_N", columns);
+  for (std::size_t s = 0; s < status.size(); ++s) {
+    if (status[s] != RunStatus::done) continue;
+    if (std::isfinite(runs[s].metric("reference.rate_hz")) || (!errors.empty() && std::isfinite(errors[s])))
+      return true;
+  }
+  return false;
+}
+
 std::size_t CompareRow::seeds_done() const {
   return static_cast<std::size_t>(std::count(status.begin(), status.end(), RunStatus::done));
 }

@@ -54,6 +54,8 @@ struct CompareRow {
   [[nodiscard]] double mean_of(std::string_view name, const std::vector<Column>& columns) const;
   /// True where collision looked for contacts in the runs that are done, and none of them found one.
   [[nodiscard]] bool never_touches() const;
+  /// True where a run that is done was judged against a reference.
+  [[nodiscard]] bool has_reference(const std::vector<Column>& columns) const;
   /// How many runs are done.
   [[nodiscard]] std::size_t seeds_done() const;
   /// `9 of 10 seeds`; empty where all runs are done.
