@@ -21,7 +21,7 @@ constexpr double most_simulated = 10;  // s
 constexpr std::chrono::milliseconds most_real{2000};
 
 bool is_physics(const NodeSpec& node) {
-  return node.info->role == Role::collision || node.info->role == Role::dynamics;
+  return !node.info->fed && (node.info->role == Role::collision || node.info->role == Role::dynamics);
 }
 
 /// The graph with a step of physics in every tick, under the virtual clock.
@@ -72,7 +72,7 @@ double PhysicsFit::p99_us() const {
 }
 
 std::optional<PhysicsFit> measure_physics_fit(const Plan& plan, const std::function<bool()>& interrupted) {
-  const auto moves_bodies = [](const NodeSpec& node) { return node.info->role == Role::dynamics; };
+  const auto moves_bodies = [](const NodeSpec& node) { return is_physics(node) && node.info->role == Role::dynamics; };
   if (std::none_of(plan.nodes.begin(), plan.nodes.end(), moves_bodies)) return std::nullopt;
   PhysicsFit fit;
   fit.tick_us = 1e6 * Duration::from_rate(plan.graph.rate).seconds();

@@ -20,8 +20,8 @@ Dispatcher::Dispatcher(PlanNodes& nodes, Chains chains, ExternalInputs* inputs)
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     const NodeSpec& spec = plan_.nodes[n];
     NodeState state;
-    state.external = chains.of[n].has_value() || spec.info->fed;
-    TACTOR_DEMAND(!state.external || external_ != nullptr || spec.info->inputs.empty());
+    state.external = chains.of[n].has_value();
+    TACTOR_DEMAND(!state.external || external_ != nullptr);
     state.rate = spec.rate().value_or(0);
     for (const InputInfo& input : spec.info->inputs) state.inputs.push_back(&input.access(nodes_[n]));
     for (const OutputInfo& output : spec.info->outputs) state.outputs.push_back(&output.access(nodes_[n]));

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -40,6 +41,12 @@ struct Attendance {
   std::function<bool()> serve = [] { return true; };
 };
 
+/// A message for one output of a fed node.
+struct FedValue {
+  std::size_t output = 0;       ///< index into NodeInfo::outputs
+  const void* value = nullptr;  ///< of the output's type
+};
+
 /// A run of a plan, which must outlive it.
 class Engine {
  public:
@@ -54,9 +61,10 @@ class Engine {
   /// True if steps are made on the thread that calls `advance`: then a full tap may be read by its writer.
   [[nodiscard]] virtual bool steps_on_caller() const = 0;
 
-  /// Sends a message of the fed node `node`, valid at `valid`, or now if that is empty. Returns false and sends nothing
-  /// if an edge of policy `block` has no room. Live: any thread.
-  virtual bool feed(std::size_t node, std::optional<Time> valid, const void* value) = 0;
+  /// Sends messages of the fed node `node`, valid at `valid`, or now if that is empty. All become visible at one
+  /// instant. Their outputs are in the order of NodeInfo::outputs, each at most once, so that a replay sends them in
+  /// the same order. Returns false and sends nothing if an edge of policy `block` has no room. Live: any thread.
+  virtual bool feed(std::size_t node, std::optional<Time> valid, std::span<const FedValue> values) = 0;
   /// Gives the node new parameters from its next step on, or tells it that a request is done if they are null, and
   /// tells `event`. Live: any thread.
   virtual void set(std::size_t node, std::shared_ptr<const void> params, const SetEvent& event) = 0;

@@ -45,7 +45,7 @@ ReplayEngine::ReplayEngine(const Plan& plan, const RunLog& log, const EngineOpti
     }
   }
   if (log.stop) events_.push_back({*log.stop, Kind::stop});
-  // No two of a live run are at one instant.
+  // No two of a live run are at one instant, but for what was fed at once.
   std::stable_sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.time < b.time; });
 }
 
@@ -85,7 +85,8 @@ void ReplayEngine::make(const Event& event) {
     }
     case Event::Kind::fed: {
       const RunLog::Fed& fed = log_.fed[event.index];
-      dispatcher().publish(fed.node, 0, fed.messages.stamp(event.message).valid, fed.messages.value(event.message));
+      dispatcher().publish(fed.node, fed.output, fed.messages.stamp(event.message).valid,
+                           fed.messages.value(event.message));
       break;
     }
     case Event::Kind::stop:

@@ -29,15 +29,16 @@ struct RunLog {
     SetEvent event;
     std::shared_ptr<const void> params;  ///< all of the node, as its struct; null: a request is done
   };
-  /// What a program fed into a node.
+  /// What a program fed into an output of a node.
   struct Fed {
     std::size_t node = 0;
+    std::size_t output = 0;
     MessageBatch messages;
   };
   std::vector<Step> steps;  ///< of nodes outside of the real-time lane
   std::vector<Tick> ticks;
   std::vector<Set> sets;
-  std::vector<Fed> fed;
+  std::vector<Fed> fed;      ///< in the order of nodes and outputs: that in which messages of one instant were sent
   std::optional<Time> stop;  ///< when the devices were told to ramp down
   Time end;                  ///< of the last thing that was told
 };

@@ -45,9 +45,9 @@ VirtualEngine::VirtualEngine(const Plan& plan, const EngineOptions& options, con
   }
 }
 
-bool VirtualEngine::feed(std::size_t node, std::optional<Time> valid, const void* value) {
+bool VirtualEngine::feed(std::size_t node, std::optional<Time> valid, std::span<const FedValue> values) {
   if (dispatcher_.is_blocked(node)) return false;
-  dispatcher_.publish(node, 0, valid.value_or(now()), value);
+  for (const FedValue& fed : values) dispatcher_.publish(node, fed.output, valid.value_or(now()), fed.value);
   return true;
 }
 

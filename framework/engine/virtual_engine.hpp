@@ -30,7 +30,7 @@ class VirtualEngine : public Engine {
 
   void with_dispatcher(const std::function<void(Dispatcher&)>& work) override { work(dispatcher_); }
   [[nodiscard]] bool steps_on_caller() const override { return true; }
-  bool feed(std::size_t node, std::optional<Time> valid, const void* value) override;
+  bool feed(std::size_t node, std::optional<Time> valid, std::span<const FedValue> values) override;
   void set(std::size_t node, std::shared_ptr<const void> params, const SetEvent& event) override;
   [[nodiscard]] bool is_set(std::size_t /*node*/) override { return true; }
   void stop_when(std::function<bool()> asked) override { stop_asked_ = std::move(asked); }

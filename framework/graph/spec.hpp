@@ -53,9 +53,9 @@ struct NodeSpec {
   CostModel cost;
   Scheduling scheduling;  ///< complete: what the graph says over default_scheduling(*info)
   SourceLocation place;
-  /// Hz, at which the node steps; none where its inputs make it step.
+  /// Hz, at which the node steps; none where its inputs make it step, or it never does.
   [[nodiscard]] std::optional<double> rate() const {
-    if (!info->rate_parameter) return std::nullopt;
+    if (!info->rate_parameter || info->fed) return std::nullopt;
     return std::get<double>(params[*info->rate_parameter]);
   }
 };

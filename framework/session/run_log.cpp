@@ -51,6 +51,27 @@ void for_each(RecordingReader& reader, const char* name, const MessageType& type
   }
 }
 
+/// The outputs that a program may feed and that somebody sees: an edge or a stream begins there.
+std::vector<PlannedOutput> fed_outputs(const Plan& plan) {
+  std::vector<PlannedOutput> found;
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    for (std::size_t o = 0; plan.nodes[n].info->fed && o < plan.nodes[n].info->outputs.size(); ++o) {
+      const bool read = std::any_of(plan.edges.begin(), plan.edges.end(),
+                                    [&](const PlannedEdge& edge) { return edge.from == n && edge.output == o; });
+      const bool recorded = std::any_of(plan.streams.begin(), plan.streams.end(), [&](const PlannedStream& stream) {
+        return stream.node == n && stream.output == o;
+      });
+      if (read || recorded) found.push_back({n, o});
+    }
+  }
+  return found;
+}
+
+/// `hand.message`
+std::string name_of(const Plan& plan, const PlannedOutput& at) {
+  return plan.nodes[at.node].name + "." + plan.nodes[at.node].info->outputs[at.output].name;
+}
+
 /// Refuses what no run of the plan tells.
 class Check {
  public:
@@ -120,13 +141,11 @@ void record_run(Session& session, Recorder& recorder, const Write& write) {
   session.on_tick(into(recorder.add_stream(ticks_stream, event_type<TickEvent>(plan))), std::size_t{8} << 20U);
   session.on_set(into(recorder.add_stream(sets_stream, event_type<SetEvent>(plan))));
   session.on_stop(into(recorder.add_stream(stop_stream, message_type<StopEvent>())));
-  for (const NodeSpec& node : plan.nodes) {
-    if (!node.info->fed) continue;
-    const OutputInfo& output = node.info->outputs.front();
-    const std::string name = node.name + "." + output.name;
+  for (const PlannedOutput& fed : fed_outputs(plan)) {
+    const std::string name = name_of(plan, fed);
     const auto recorded = [&name](const PlannedStream& stream) { return stream.name == name; };
     if (std::any_of(plan.streams.begin(), plan.streams.end(), recorded)) continue;
-    session.on_message(name, into(recorder.add_stream(name, *output.type)));
+    session.on_message(name, into(recorder.add_stream(name, type_of(plan, fed))));
   }
 }
 
@@ -174,12 +193,14 @@ RunLog read_run_log(RecordingReader& reader, const Plan& plan) {
     if (info.hardware) {
       check.refuse("node " + plan.nodes[n].name + " (" + info.type + ") talks to hardware, which cannot be made again");
     }
-    if (!info.fed) continue;
-    const std::size_t stream = reader.find(plan.nodes[n].name + "." + info.outputs.front().name);
-    if (!same_type(reader.streams()[stream].type, *info.outputs.front().type)) {
-      check.refuse("what was fed to " + plan.nodes[n].name + " is of another type");
+  }
+  for (const PlannedOutput& at : fed_outputs(plan)) {
+    const std::string name = name_of(plan, at);
+    const std::size_t stream = reader.find(name);
+    if (!same_type(reader.streams()[stream].type, type_of(plan, at))) {
+      check.refuse("what was fed to " + name + " is of another type");
     }
-    RunLog::Fed fed{n, MessageBatch(*info.outputs.front().type)};
+    RunLog::Fed fed{at.node, at.output, MessageBatch(type_of(plan, at))};
     reader.read(stream, 0, reader.streams()[stream].count, fed.messages);
     for (std::size_t i = 0; i < fed.messages.size(); ++i) reach(fed.messages.stamp(i).produced);
     log.fed.push_back(std::move(fed));

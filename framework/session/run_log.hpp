@@ -10,9 +10,9 @@ namespace tactor {
 /// Writes a message of a recorder's stream.
 using Write = std::function<void(std::size_t stream, const Stamp& stamp, const void* value)>;
 
-/// Adds the streams `steps`, `ticks`, `sets` and `stop` to a recording that takes no message yet, and, for each node
-/// that a program feeds, its messages as `NODE.message`, where the graph does not record them. Records them while the
-/// session goes on; before its start.
+/// Adds the streams `steps`, `ticks`, `sets` and `stop` to a recording that takes no message yet, and, for each output
+/// that a program feeds and somebody reads, its messages as `NODE.OUTPUT`, where the graph does not record them.
+/// Records them while the session goes on; before its start.
 void record_run(Session& session, Recorder& recorder, const Write& write);
 
 /// The log of a recorded live run of that plan. Throws InputError if the recording has none, or has lost a part.

@@ -381,18 +381,23 @@ void Session::on_set(Take take) {
 
 Session::Feed Session::feed(std::string_view name) {
   const Plan& plan = run_->plan;
-  const auto fed = [&plan](std::size_t n) { return plan.nodes[n].info->fed; };
-  const auto feed_of = [&](std::size_t n) { return Feed(*run_, n, *plan.nodes[n].info->outputs.front().type); };
+  const auto feed_of = [&](const PlannedOutput& at) { return Feed(*run_, at, type_of(plan, at)); };
   std::vector<std::string> names;
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    if (!fed(n)) continue;
-    names.push_back(plan.nodes[n].name);
-    if (plan.nodes[n].name == name) return feed_of(n);
+    const NodeSpec& node = plan.nodes[n];
+    if (!node.info->fed) continue;
+    const std::vector<OutputInfo>& outputs = node.info->outputs;
+    if (outputs.size() == 1) names.push_back(node.name);
+    if (outputs.size() == 1 && node.name == name) return feed_of({n, 0});
+    for (std::size_t o = 0; o < outputs.size(); ++o) {
+      names.push_back(node.name + "." + outputs[o].name);
+      if (names.back() == name) return feed_of({n, o});
+    }
   }
   for (const PlannedEdge& edge : plan.edges) {
-    if (!fed(edge.from)) continue;
+    if (!plan.nodes[edge.from].info->fed) continue;
     names.push_back(edge.spec.to_node + "." + edge.spec.to_port);
-    if (names.back() == name) return feed_of(edge.from);
+    if (names.back() == name) return feed_of({edge.from, edge.output});
   }
   throw InputError("the run has no feed " + std::string(name) + did_you_mean(std::string(name), names) +
                    "; a node of type source.feed makes one");
@@ -400,7 +405,18 @@ Session::Feed Session::feed(std::string_view name) {
 
 bool Session::Feed::send(const void* value, std::optional<Time> valid) {
   TACTOR_DEMAND(run_->started);
-  return run_->engine->feed(node_, valid, value);
+  const FedValue fed{at_.output, value};
+  return run_->engine->feed(at_.node, valid, {&fed, 1});
+}
+
+bool Session::send(std::size_t node, std::optional<Time> valid, std::span<const FedValue> values) {
+  TACTOR_DEMAND(run_->started && plan().nodes[node].info->fed);
+  return run_->engine->feed(node, valid, values);
+}
+
+void Session::read_inputs(std::size_t node, const std::function<void(Node&)>& read) {
+  TACTOR_DEMAND(plan().nodes[node].info->fed);
+  run_->engine->with_dispatcher([&](Dispatcher& /*dispatcher*/) { read(nodes()[node]); });
 }
 
 void Session::set(std::string_view parameter, std::string_view value) {
@@ -416,6 +432,10 @@ std::uint64_t Session::dropped() const {
 
 void Session::stop_when(std::function<bool()> asked) {
   run_->engine->stop_when(std::move(asked));
+}
+
+bool Session::is_started() const {
+  return run_->started;
 }
 
 void Session::start() {

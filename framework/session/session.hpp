@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -107,7 +108,7 @@ class Session {
   /// The number of messages and steps that were lost in this way.
   [[nodiscard]] std::uint64_t dropped() const;
 
-  /// Sends messages into the run by a node source.feed, which it names.
+  /// Sends messages into the run by an output of a fed node.
   class Feed {
    public:
     [[nodiscard]] const MessageType& type() const { return *type_; }
@@ -122,13 +123,19 @@ class Session {
 
    private:
     friend class Session;
-    Feed(Run& run, std::size_t node, const MessageType& type) : run_(&run), node_(node), type_(&type) {}
+    Feed(Run& run, const PlannedOutput& at, const MessageType& type) : run_(&run), at_(at), type_(&type) {}
     Run* run_;
-    std::size_t node_;
+    PlannedOutput at_;
     const MessageType* type_;
   };
-  /// The feed of the node `name`, or of the input `node.port` that a feed fills. Throws InputError if there is none.
+  /// The feed of a node that has one output (`hand`), of an output (`physics.state`), or of the input that a feed fills
+  /// (`device.target`). Throws InputError if there is none.
   [[nodiscard]] Feed feed(std::string_view name);
+  /// Sends several messages of a fed node at once (see Engine::feed). Live: any thread.
+  [[nodiscard]] bool send(std::size_t node, std::optional<Time> valid, std::span<const FedValue> values);
+  /// Calls `read` with a fed node while no message reaches its inputs, so that it may take those that wait there. Live,
+  /// all nodes outside of the real-time lane wait meanwhile.
+  void read_inputs(std::size_t node, const std::function<void(Node&)>& read);
 
   /// Sets a tunable parameter while the session runs, from text as in a graph file: set("coupling.k_0", "1200 N/m").
   /// It takes effect from the node's next step on. Throws InputError if the value is refused or the parameter is not
@@ -138,6 +145,7 @@ class Session {
   /// The run ends when `asked` returns true (see Engine::stop_when). Call it before the start.
   void stop_when(std::function<bool()> asked);
 
+  [[nodiscard]] bool is_started() const;
   /// Begins the run, at time zero. Throws, before anything moves, if a device or a privilege is refused. Once.
   void start();
   /// Lets `duration` of the run pass, but not beyond its end. Throws RunError if a step of the virtual clock throws.

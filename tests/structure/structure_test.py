@@ -166,6 +166,7 @@ class Includes(unittest.TestCase):
             "nodes/dynamics": ("framework/core", "framework/node", "nodes/dynamics", "nodes/physics/mechanics",
                                "nodes/physics/mesh", "nodes/physics/geometry", "nodes/physics/contact",
                                "nodes/physics/deformable"),
+            "nodes/own_physics": ("framework/core", "framework/node", "nodes/own_physics"),
             "nodes/coupling": ("framework/core", "framework/node", "nodes/coupling", "nodes/physics/mechanics",
                                "nodes/physics/mesh"),
             "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction", "nodes/physics/contact",

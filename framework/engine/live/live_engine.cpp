@@ -194,13 +194,15 @@ void LiveEngine::wake_others() {
   if (earlier) timer_.condition.notify_one();
 }
 
-bool LiveEngine::feed(std::size_t node, std::optional<Time> valid, const void* value) {
+bool LiveEngine::feed(std::size_t node, std::optional<Time> valid, std::span<const FedValue> values) {
   const std::scoped_lock lock(mutex_);
   if (timer_.ended) return true;
   const Time now = next_instant();
   catch_up(now);
   const bool has_room = !dispatcher_->is_blocked(node);
-  if (has_room) dispatcher_->publish(node, 0, valid.value_or(now), value);
+  for (const FedValue& fed : has_room ? values : std::span<const FedValue>{}) {
+    dispatcher_->publish(node, fed.output, valid.value_or(now), fed.value);
+  }
   steps_.begin_ready(*dispatcher_);
   wake_others();
   return has_room;
