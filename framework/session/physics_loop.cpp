@@ -1,0 +1,253 @@
+#include "framework/session/physics_loop.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "framework/core/between_samples.hpp"
+#include "framework/core/check.hpp"
+#include "framework/yaml/diagnostics.hpp"
+#include "framework/yaml/yaml_values.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr const char* external_physics = "physics.external";
+constexpr std::size_t most_samples = 4096;
+/// What `next` lets pass before it looks whether the run has ended.
+constexpr Duration longest_wait{20'000'000};
+/// How often it looks for a sample of the handle, live.
+constexpr Duration look_period{1'000'000};
+/// Under the virtual clock, what happens at an instant has happened when so much more has passed.
+constexpr Duration shortest{1};
+
+std::size_t find_external(const Plan& plan, std::string_view name) {
+  std::vector<std::string> names;
+  std::vector<std::size_t> found;
+  for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
+    if (plan.nodes[n].info->type != external_physics) continue;
+    names.push_back(plan.nodes[n].name);
+    found.push_back(n);
+    if (names.back() == name) return n;
+  }
+  const std::string of_type = std::string(" of type ") + external_physics;
+  if (!name.empty()) {
+    throw InputError("the run has no node " + std::string(name) + of_type + did_you_mean(std::string(name), names));
+  }
+  if (found.empty()) {
+    throw InputError("the run has no node" + of_type + "; a graph whose physics is a program's own has one");
+  }
+  if (found.size() > 1) {
+    std::string list;
+    for (const std::string& one : names) list += (list.empty() ? "" : ", ") + one;
+    throw InputError("the run has several nodes" + of_type + ": name one of " + list);
+  }
+  return found.front();
+}
+
+double rate_of(const NodeSpec& node) {
+  return std::get<double>(node.params[node.info->param("rate").value()]);
+}
+
+/// Refuses edges at which a program would have to wait.
+void check_policies(const Plan& plan, std::size_t node) {
+  for (const PlannedEdge& edge : plan.edges) {
+    if ((edge.from != node && edge.to != node) || edge.spec.queue.policy != QueuePolicy::block) continue;
+    throw InputError("edge " + edge.spec.name() + ": expected another policy than block, for which the program of " +
+                     plan.nodes[node].name + " would have to wait; found block");
+  }
+}
+
+bool has_edge(const Plan& plan, std::size_t node, std::string_view input, std::string_view output) {
+  return std::any_of(plan.edges.begin(), plan.edges.end(), [&](const PlannedEdge& edge) {
+    return (edge.to == node && edge.spec.to_port == input) || (edge.from == node && edge.spec.from_port == output);
+  });
+}
+
+template <class T>
+Stamped<T> copied(const MessageView& view) {
+  Stamped<T> message{*view.stamp, {}};
+  std::memcpy(static_cast<void*>(&message.value), view.value, sizeof(T));
+  return message;
+}
+
+/// With its rotation normalised; false where it is not finite.
+bool make_usable(DeviceState& s) {
+  const Quat& q = s.X_WD.R;
+  const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
+  if (!is_finite(s.X_WD.p) || !is_finite(s.V_WD.v) || !is_finite(s.V_WD.w) || !(length > 0.25 && length < 4)) {
+    return false;
+  }
+  s.X_WD.R = normalized(q);
+  return true;
+}
+
+DeviceState handle_between(const DeviceState& a, const DeviceState& b, double share) {
+  return {between(a.X_WD, b.X_WD, share),
+          {between(a.V_WD.v, b.V_WD.v, share), between(a.V_WD.w, b.V_WD.w, share)},
+          a.buttons};
+}
+
+}  // namespace
+
+DeviceState PhysicsStep::handle_at(Time t) const {
+  if (t <= begin) return from;
+  if (t >= end) return handle;
+  return handle_between(from, handle, share_between(begin, end, t));
+}
+
+PhysicsLoop::PhysicsLoop(Session& session, std::string_view node)
+    : session_(session),
+      node_(find_external(session.plan(), node)),
+      rate_(rate_of(session.plan().nodes[node_])),
+      is_virtual_(session.plan().graph.clock == Clock::virtual_),
+      moving_(static_cast<int>(session.plan().graph.scene.moving().size())),
+      has_coupling_(has_edge(session.plan(), node_, "coupling", {})),
+      reads_force_(has_edge(session.plan(), node_, {}, "force")) {
+  check_policies(session.plan(), node_);
+  samples_.reserve(2 * most_samples);
+}
+
+std::optional<PhysicsStep> PhysicsLoop::next() {
+  while (is_running()) {
+    if (auto step = next_within(longest_wait)) return step;
+  }
+  return std::nullopt;
+}
+
+std::optional<PhysicsStep> PhysicsLoop::next_within(Duration longest) {
+  if (!session_.is_started()) session_.start();
+  if (!due_) due_ = period_after(session_.now());
+  while (session_.is_running()) {
+    if (const Time now = session_.now(); now < *due_) {
+      if (longest <= Duration{}) return std::nullopt;
+      const Duration part = std::min(*due_ - now, longest);
+      session_.advance(part);
+      longest = longest - part;
+      continue;
+    }
+    if (is_virtual_) {
+      for (const PhysicsMessages& messages : pending_) send(messages);
+      pending_.clear();
+      // So that the sample of this very instant is there.
+      session_.advance(shortest);
+    }
+    read_inputs();
+    PhysicsStep step;
+    const bool begins = begin_step(step);
+    due_ = begins || is_virtual_ ? period_after(session_.now()) : session_.now() + look_period;
+    if (begins) return step;
+  }
+  return std::nullopt;
+}
+
+void PhysicsLoop::read_inputs() {
+  forget_samples();
+  session_.read_inputs(node_, [this](Node& physics) {
+    const NodeInfo& info = *node().info;
+    InputBase& device = info.input("device")->access(physics);
+    while (device.connected()) {
+      const MessageView view = device.queue().take();
+      if (!view) break;
+      auto sample = copied<DeviceState>(view);
+      const bool later = samples_.empty() || sample.stamp.valid > samples_.back().stamp.valid;
+      if (later && make_usable(sample.value)) samples_.push_back(sample);
+    }
+    InputBase& coupling = info.input("coupling")->access(physics);
+    if (!coupling.connected()) return;
+    while (const MessageView view = coupling.queue().take()) coupling_ = copied<CouplingParameters>(view).value;
+  });
+}
+
+/// False where no sample of the handle has come since the last step, or the coupling has not come yet.
+bool PhysicsLoop::begin_step(PhysicsStep& step) {
+  if (samples_.empty() || (has_coupling_ && !coupling_)) return false;
+  const Stamped<DeviceState>& newest = samples_.back();
+  Stamped<DeviceState> from = samples_.front();
+  if (last_) {
+    from = *last_;
+  } else {
+    // The first step is one period long, where so much is known.
+    const Time begin = newest.stamp.valid - Duration::from_rate(rate_);
+    for (const auto& sample : samples_) {
+      if (sample.stamp.valid <= begin) from = sample;
+    }
+  }
+  if (from.stamp.valid >= newest.stamp.valid) return false;
+  step = {from.stamp.valid, newest.stamp.valid, from.value, newest.value, coupling_.value_or(CouplingParameters{})};
+  last_ = newest;
+  return true;
+}
+
+/// Drops the samples that no result can ask for: those before the one before the last result, and the oldest where
+/// there are too many.
+void PhysicsLoop::forget_samples() {
+  const auto later = std::find_if(samples_.begin(), samples_.end(), [this](const Stamped<DeviceState>& sample) {
+    return !last_result_ || sample.stamp.valid > *last_result_;
+  });
+  auto first = later == samples_.begin() ? later : later - 1;
+  if (samples_.end() - first > static_cast<std::ptrdiff_t>(most_samples)) {
+    first = samples_.end() - static_cast<std::ptrdiff_t>(most_samples);
+  }
+  samples_.erase(samples_.begin(), first);
+}
+
+/// The handle at `t`, between the samples around; the first before, the last after them.
+DeviceState PhysicsLoop::handle_at(Time t) const {
+  const auto later = std::find_if(samples_.begin(), samples_.end(),
+                                  [t](const Stamped<DeviceState>& sample) { return sample.stamp.valid > t; });
+  if (later == samples_.begin()) return later == samples_.end() ? DeviceState{} : later->value;
+  const Stamped<DeviceState>& a = *(later - 1);
+  if (later == samples_.end() || a.stamp.valid == t) return a.value;
+  return handle_between(a.value, later->value, share_between(a.stamp.valid, later->stamp.valid, t));
+}
+
+/// When the first period after `t` begins; from its number, so that no rounding adds up.
+Time PhysicsLoop::period_after(Time t) const {
+  Time begin;
+  for (auto k = static_cast<std::int64_t>(std::floor(t.seconds() * rate_));; ++k) {
+    begin = {std::llround(static_cast<double>(k) * 1e9 / rate_)};
+    if (begin > t) return begin;
+  }
+}
+
+void PhysicsLoop::result(const PhysicsStep& step, const PhysicsResult& result) {
+  if (!session_.is_started()) throw InputError("result: no step has begun yet; `next` gives one");
+  const Time valid = result.time.value_or(step.end), first = last_result_.value_or(Time{}), now = session_.now();
+  if (valid < first || valid > now) {
+    throw InputError("result: time: expected " + number_text(first.seconds()) + " s, that of the last result, to " +
+                     number_text(now.seconds()) + " s, which is now, found " + number_text(valid.seconds()) + " s");
+  }
+  PhysicsMessages messages = physics_messages(result, valid, handle_at(valid), moving_);
+  if (reads_force_ && !messages.force) {
+    throw InputError("result: felt: expected a wrench, because the graph reads " + node().name +
+                     ".force; found none. A graph that takes the force from its coupling does without it");
+  }
+  last_result_ = valid;
+  if (is_virtual_) {
+    pending_.push_back(std::move(messages));
+  } else {
+    send(messages);
+  }
+}
+
+void PhysicsLoop::send(const PhysicsMessages& messages) {
+  std::array<FedValue, 4> values;
+  std::size_t count = 0;
+  const auto add = [&](const char* output, const auto& message) {
+    if (!message) return;
+    const NodeInfo& info = *node().info;
+    values[count++] = {static_cast<std::size_t>(info.output(output) - info.outputs.data()), &*message};
+  };
+  add("state", messages.state);
+  add("bodies", messages.bodies);
+  add("contacts", messages.contacts);
+  add("force", messages.force);
+  // No edge from here has the policy `block`.
+  static_cast<void>(session_.send(node_, messages.valid, std::span(values).first(count)));
+}
+
+}  // namespace tactor

@@ -1,0 +1,84 @@
+// A loop of physics that a program runs itself: what its next step needs, and where its result goes.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "framework/core/messages.hpp"
+#include "framework/session/physics_coupling.hpp"
+#include "framework/session/physics_messages.hpp"
+#include "framework/session/session.hpp"
+
+namespace tactor {
+
+/// What the next step of a program's physics needs.
+struct PhysicsStep {
+  Time begin;                   ///< of the sample of the handle that the last step ended with
+  Time end;                     ///< of the newest sample, later than `begin`; the result holds for it
+  DeviceState from;             ///< the handle at `begin`
+  DeviceState handle;           ///< the handle at `end`
+  CouplingParameters coupling;  ///< the spring and damper between handle and tool; zero where the graph has none
+
+  /// s
+  [[nodiscard]] double h() const { return (end - begin).seconds(); }
+  /// The handle at `t`, on the straight way from `begin` to `end`, for sub-steps; before and after, at its ends.
+  [[nodiscard]] DeviceState handle_at(Time t) const;
+};
+
+/// Drives the node physics.external of a session. `next` waits for what the next step needs, and `result` sends what it
+/// came to:
+///
+///     for (PhysicsLoop loop(session); const auto step = loop.next();) loop.result(*step, my_physics(*step));
+///
+/// Virtual clock: `next` advances the run to the next period of the node's `rate`, and a result becomes visible one
+/// period after its step began. So the run has the same bytes however long the program takes. Real clock: the run goes
+/// by itself, `next` waits at most until the next period begins, and a result becomes visible at once. A program that
+/// stalls is late physics. Used on the session's thread; the session outlives it.
+class PhysicsLoop {
+ public:
+  /// `node`: the one to drive; empty: the only one of type physics.external. Throws InputError where there is none or
+  /// the name does not tell which, and where an edge of policy `block` begins or ends there.
+  explicit PhysicsLoop(Session& session, std::string_view node = {});
+
+  /// The next step; starts the session if nobody has. Empty: the run has ended. Throws as Session::advance does.
+  [[nodiscard]] std::optional<PhysicsStep> next();
+  /// The same, but lets at most `longest` of the run pass; empty also where no step has begun by then.
+  [[nodiscard]] std::optional<PhysicsStep> next_within(Duration longest);
+  /// False once the run has ended.
+  [[nodiscard]] bool is_running() { return !session_.is_started() || session_.is_running(); }
+
+  /// Sends what `step` came to. A step may have several results, in the order of their times, or none. Throws
+  /// InputError as physics_messages does, where the time is before that of the last result or later than now, and where
+  /// the graph reads the node's `force` and the result does not say what is felt.
+  void result(const PhysicsStep& step, const PhysicsResult& result);
+
+  [[nodiscard]] const NodeSpec& node() const { return session_.plan().nodes[node_]; }
+  /// False where no edge ends at the node's input `coupling`.
+  [[nodiscard]] bool has_coupling() const { return has_coupling_; }
+
+ private:
+  void read_inputs();
+  [[nodiscard]] bool begin_step(PhysicsStep& step);
+  [[nodiscard]] DeviceState handle_at(Time t) const;
+  void forget_samples();
+  [[nodiscard]] Time period_after(Time t) const;
+  void send(const PhysicsMessages& messages);
+
+  Session& session_;
+  const std::size_t node_;
+  const double rate_;  // Hz
+  const bool is_virtual_;
+  const int moving_;  // bodies of the scene
+  bool has_coupling_ = false;
+  bool reads_force_ = false;                   // the graph
+  std::optional<Time> due_;                    // when the next step may begin
+  std::vector<Stamped<DeviceState>> samples_;  // of the handle, from the last result on
+  std::optional<CouplingParameters> coupling_;
+  std::optional<Stamped<DeviceState>> last_;  // the sample that the last step ended with
+  std::optional<Time> last_result_;
+  std::vector<PhysicsMessages> pending_;  // virtual clock: visible when the period is over
+};
+
+}  // namespace tactor

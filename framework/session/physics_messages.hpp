@@ -1,0 +1,38 @@
+// What a program's physics came to, and the messages that tell it.
+#pragma once
+
+#include <optional>
+
+#include "framework/core/messages.hpp"
+
+namespace tactor {
+
+/// What a step of a program's physics came to. Nothing is sent of what is not given. Frames: W world, D handle, T tool.
+struct PhysicsResult {
+  std::optional<Time> time;        ///< that it holds for; empty: PhysicsStep::end
+  std::optional<Pose> X_WT;        ///< m; empty: the first of `bodies`, or no tool
+  Twist V_WT;                      ///< m/s, rad/s
+  std::optional<Wrench> felt_D_W;  ///< N, N m, on the device; empty: the graph's coupling makes it of the tool's pose
+  std::optional<Wrench> contact_T_W;  ///< N, N m, sum of the contacts on the tool about its origin; empty: not known
+  /// The contacts; null: none are told. Its `bodies` and `penetrating` follow from the rest of the result.
+  const ContactSet* contacts = nullptr;
+  const BodyStates* bodies = nullptr;  ///< all moving bodies of the scene, the tool first; null: the tool alone
+};
+
+/// The messages of a result, in the order of the outputs of physics.external.
+struct PhysicsMessages {
+  Time valid;
+  std::optional<PhysicsState> state;
+  std::optional<BodyStates> bodies;
+  std::optional<ContactSet> contacts;
+  std::optional<Wrench> force;
+};
+
+/// The messages of a result that holds for `valid`, where the handle was at `handle`, in a scene of so many moving
+/// bodies. Quaternions and normals that are of unit length within 0.1 % become so exactly. Without `contact_T_W`, the
+/// state says that its contact force is not known (PhysicsState::damped). Throws InputError with the name of the field
+/// where a number is not finite or out of range, a length is not one, a contact counts bodies that are not there, or
+/// there are too many contacts or not as many bodies as the scene has.
+PhysicsMessages physics_messages(const PhysicsResult& result, Time valid, const DeviceState& handle, int moving);
+
+}  // namespace tactor
