@@ -83,7 +83,7 @@ void Direct::begin(Time now) {
   if (result == nullptr || track_.count() == 0 || result->stamp.valid > now || !start_.is_new(*result)) return;
   // Samples later than the result are still to be gone through.
   const std::size_t later = track_.after(result->stamp.valid);
-  if (!start_.begin(*result, track_.before(later), scene_.rollout())) return;
+  if (!start_.begin(*result, track_.at(result->stamp.valid, scene_.rollout().tool_rotates()), scene_.rollout())) return;
   advanced_ = later;
   stepping_ = catching_up_ = true;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <span>
 
+#include "framework/core/between_samples.hpp"
+
 namespace tactor {
 
 namespace {
@@ -26,7 +28,7 @@ void RolloutTrust::note(Time time, const Vec3& p_WT, const Forces& forces) {
 
 void RolloutTrust::learn(const Stamped<LocalModel>& result, Duration interval) {
   note_interval(interval);
-  const std::optional<PastState> then = known_at(result);
+  const std::optional<PastState> then = known_at(result.stamp.valid);
   if (!then) return;
   const LocalModel& model = result.value;
   const std::optional<double> law = model.law_unknown != 0 ? std::nullopt : std::optional(model.law_error);
@@ -34,7 +36,7 @@ void RolloutTrust::learn(const Stamped<LocalModel>& result, Duration interval) {
 }
 
 bool RolloutTrust::disagrees(const Stamped<LocalModel>& result) {
-  const std::optional<PastState> then = known_at(result);
+  const std::optional<PastState> then = known_at(result.stamp.valid);
   if (!then) return false;
   const Vec3 apart = result.value.p_WT_result - then->p_WT;
   if (!(norm(apart) < options_.trust_distance)) {
@@ -53,24 +55,22 @@ bool RolloutTrust::disagrees(const Stamped<LocalModel>& result) {
   return true;
 }
 
-/// Where the rollout was at the stamp of a result; empty where it was not there or it is too long ago. Our own physics
-/// stamps its results as samples of the handle; between two of these, others are compared on the line.
-std::optional<RolloutTrust::PastState> RolloutTrust::known_at(const Stamped<LocalModel>& result) const {
-  const Time time = result.stamp.valid;
+/// Where the rollout was at that time, be it between two samples; none where it was not there yet or any more.
+std::optional<RolloutTrust::PastState> RolloutTrust::known_at(Time time) const {
   const std::span noted = std::span(past_).first(std::min(noted_, past_.size()));
-  const auto then = std::find_if(noted.begin(), noted.end(), [&](const PastState& s) { return s.time == time; });
-  if (then != noted.end()) return *then;
-  if (result.value.law_unknown == 0) return std::nullopt;
   const PastState *before = nullptr, *after = nullptr;
   for (const PastState& s : noted) {
+    if (s.time == time) return s;
     if (s.time < time && (before == nullptr || s.time > before->time)) before = &s;
     if (s.time > time && (after == nullptr || s.time < after->time)) after = &s;
   }
   if (before == nullptr || after == nullptr || after->time - before->time > longest_gap) return std::nullopt;
-  const double share = (time - before->time).seconds() / (after->time - before->time).seconds();
-  PastState between{time, before->p_WT + share * (after->p_WT - before->p_WT), before->forces};
-  for (std::size_t i = 0; i < candidates; ++i) between.forces[i] += share * (after->forces[i] - before->forces[i]);
-  return between;
+  const double share = share_between(before->time, after->time, time);
+  PastState then{time, between(before->p_WT, after->p_WT, share), {}};
+  for (std::size_t i = 0; i < then.forces.size(); ++i) {
+    then.forces[i] = between(before->forces[i], after->forces[i], share);
+  }
+  return then;
 }
 
 void RolloutTrust::note_interval(Duration interval) {

@@ -33,7 +33,8 @@ class RolloutTrust {
 
   explicit RolloutTrust(const TrustOptions& options);
 
-  /// Keeps what a result that is still to come will be compared with: the tool's place in m and the candidates in N.
+  /// Keeps what a result that is still to come will be compared with: the tool's place in m and the candidates in N. A
+  /// result between two of these times is compared with what lies between the two.
   void note(Time time, const Vec3& p_WT, const Forces& forces);
   /// Learns from a result that is used, `interval` after the one before.
   void learn(const Stamped<LocalModel>& result, Duration interval);
@@ -57,7 +58,7 @@ class RolloutTrust {
     Vec3 p_WT;
     Forces forces;
   };
-  [[nodiscard]] std::optional<PastState> known_at(const Stamped<LocalModel>& result) const;
+  [[nodiscard]] std::optional<PastState> known_at(Time time) const;
   void note_interval(Duration interval);
 
   TrustOptions options_;

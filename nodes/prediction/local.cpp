@@ -84,7 +84,12 @@ NodeInfo LocalPredictor::declare() {
       .input("bodies", &LocalPredictor::bodies,
              {.doc = "the moving bodies of a physics result, as dynamics sends them", .trigger = Trigger::yes})
       .input("contacts", &LocalPredictor::contacts,
-             {.doc = "the contacts around the bodies; without this input, nothing touches", .required = false})
+             {.doc = "the contacts around the bodies; without this input, those of `found`", .required = false})
+      .input("found", &LocalPredictor::found,
+             {.doc = "the contacts that came with the result, from physics that tells them, such as physics.external; "
+                     "without this input and `contacts`, nothing touches",
+              .required = false,
+              .queue = {QueuePolicy::drop_oldest, 8}})
       .input("patch", &LocalPredictor::patch,
              {.doc = "the deformable surface around the tool from the same result, as dynamics.deformable sends it",
               .required = false})
@@ -148,17 +153,36 @@ LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
   start_.law_unknown = context.foreign_physics ? 1 : 0;
 }
 
-void LocalPredictor::take_contacts() {
+void LocalPredictor::take_contacts(Time result) {
   start_.contacts.count = 0;
   start_.contacts.anchors = 0;
-  if (!contacts.connected() || contacts.latest() == nullptr) return;
-  start_.contacts = contacts.latest()->value;
+  if (!contacts.connected()) {
+    take_found(result);
+  } else if (contacts.latest() != nullptr) {
+    start_.contacts = contacts.latest()->value;
+  }
   // A count of no message is for restart to refuse.
   if (start_.contacts.count < 0 || start_.contacts.count > LocalContacts::capacity) return;
   for (std::size_t i = 0; i < static_cast<std::size_t>(start_.contacts.count); ++i) {
     for (Contact& c : start_.contacts.contact[i]) {
       if (!params_.curvature) c.H_W = {};
     }
+  }
+}
+
+/// Puts the contacts that came with the result into the start, each known at one anchor: where the bodies then were.
+void LocalPredictor::take_found(Time result) {
+  const ContactSet* set = found_sets_.of(result);
+  if (set == nullptr) return;
+  LocalContacts& local = start_.contacts;
+  local.anchors = 1;
+  local.bodies = set->bodies.count;
+  local.count = set->count;
+  local.X_WB[0] = set->bodies.X_WB;
+  for (std::int32_t i = 0; i < std::min(set->count, LocalContacts::capacity); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    local.contact[k][0] = set->contact[k];
+    local.pair[k] = set->pair[k];
   }
 }
 
@@ -194,10 +218,9 @@ std::size_t LocalPredictor::next_step(std::size_t sample) const {
   return sample;
 }
 
-/// The contacts that dynamics used for the result of that time: the first whose query began no earlier.
-const ContactSet* LocalPredictor::contacts_of(Time result) const {
+const ContactSet* ContactSetTrack::of(Time result) const {
   const Stamped<ContactSet>* found = nullptr;
-  for (std::size_t i = 0; i < std::min(sets_taken_, sets_.size()); ++i) {
+  for (std::size_t i = 0; i < std::min(taken_, sets_.size()); ++i) {
     const Stamped<ContactSet>& set = sets_[i];
     if (set.stamp.valid < result) continue;
     if (found == nullptr || set.stamp.valid < found->stamp.valid) found = &set;
@@ -218,7 +241,7 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
     const bool massless = start_.coupling.massless != 0;
     const Wrench& felt = physics->value.contact_T_W;
     const int touching = physics->value.contacts;
-    const ContactSet* set = used.connected() ? contacts_of(result.stamp.valid) : nullptr;
+    const ContactSet* set = used.connected() ? used_sets_.of(result.stamp.valid) : nullptr;
     const FitOutcome outcome =
         set != nullptr ? fit_.take(result.stamp.valid, contact_planes(*set), result.value, massless, felt, touching)
                        : fit_.take(result.stamp.valid, start_.contacts, result.value, massless, felt, touching);
@@ -231,7 +254,8 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
 
 void LocalPredictor::step(StepContext&) {
   track_.take(device);
-  while (used.connected() && used.pop(sets_[sets_taken_ % sets_.size()])) ++sets_taken_;
+  found_sets_.take(found);
+  used_sets_.take(used);
   const Stamped<BodyStates>* result = bodies.latest();
   const Stamped<CouplingParameters>* spring = coupling.latest();
   if (result == nullptr || spring == nullptr || track_.count() == 0) return;
@@ -247,7 +271,7 @@ void LocalPredictor::step(StepContext&) {
 RefusalReason LocalPredictor::take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring) {
   const std::size_t later = track_.after(result.stamp.valid);
   start_.time = result.stamp.valid;
-  start_.device = track_.before(later);
+  start_.device = track_.at(result.stamp.valid, rollout_.tool_rotates());
   start_.bodies = result.value;
   start_.p_WT_result = result.value.X_WB[0].p;
   start_.coupling = spring;
@@ -259,7 +283,7 @@ RefusalReason LocalPredictor::take_result(const Stamped<BodyStates>& result, con
                                           .X_WD = start_.device.X_WD,
                                           .V_WD = start_.device.V_WD},
                                          rollout_.tool_rotates());
-  take_contacts();
+  take_contacts(result.stamp.valid);
   if (!take_patch(result.stamp.valid)) return RefusalReason::incomplete;
   if (const RefusalReason refusal = rollout_.refusal(start_); refusal != RefusalReason::none) return refusal;
   fit_contacts(result);

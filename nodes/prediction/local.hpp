@@ -1,6 +1,7 @@
 // prediction.local: goes back to the stamp of each physics result and simulates from there to now.
 #pragma once
 
+#include <array>
 #include <memory>
 
 #include "framework/core/messages.hpp"
@@ -13,6 +14,20 @@
 #include "nodes/physics/mechanics/local_rollout.hpp"
 
 namespace tactor {
+
+/// The newest contact sets of an input, for results that come with them or later.
+class ContactSetTrack {
+ public:
+  void take(Input<ContactSet>& input) {
+    while (input.connected() && input.pop(sets_[taken_ % sets_.size()])) ++taken_;
+  }
+  /// The contacts of the result of that time: the first set whose query began no earlier; null where there is none.
+  [[nodiscard]] const ContactSet* of(Time result) const;
+
+ private:
+  std::array<Stamped<ContactSet>, 8> sets_;  // a ring
+  std::size_t taken_ = 0;
+};
 
 /// For each physics result: puts the bodies where it has them, moves them through the device samples since its stamp
 /// against the contacts around them (LocalRollout), and sends what to go on from. A step is `min_step` long at least,
@@ -40,6 +55,7 @@ class LocalPredictor final : public Node, public Refusing {
   Input<BodyStates> bodies;
   Input<LocalContacts> contacts;
   Input<LocalPatch> patch;
+  Input<ContactSet> found;
   Input<ContactSet> used;
   Input<PhysicsState> state;
   Input<CouplingParameters> coupling;
@@ -48,12 +64,12 @@ class LocalPredictor final : public Node, public Refusing {
 
  private:
   static void declare_metrics(Declare<LocalPredictor>& node);
-  void take_contacts();
+  void take_contacts(Time result);
+  void take_found(Time result);
   [[nodiscard]] bool take_patch(Time result);
   bool send(Time result);
   [[nodiscard]] RefusalReason take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring);
   [[nodiscard]] std::size_t next_step(std::size_t sample) const;
-  [[nodiscard]] const ContactSet* contacts_of(Time result) const;
   void fit_contacts(const Stamped<BodyStates>& result);
 
   Params params_;
@@ -61,8 +77,7 @@ class LocalPredictor final : public Node, public Refusing {
   LocalRollout rollout_;
   std::unique_ptr<ArrayPool<PatchMode>> modes_;
   ContactFit fit_;
-  std::array<Stamped<ContactSet>, 8> sets_;  // that dynamics may have used, in a ring
-  std::size_t sets_taken_ = 0;
+  ContactSetTrack found_sets_, used_sets_;
   LocalModel start_;
   HandleTrack<2048> track_;
   Refusals refused_{"results", "contacts"};

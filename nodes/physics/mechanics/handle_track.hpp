@@ -33,8 +33,15 @@ class HandleTrack {
     while (k > first() && (*this)[k - 1].stamp.valid > t) --k;
     return k;
   }
-  /// The handle one sample before number k, or at the oldest that is known; needs count() > 0.
-  [[nodiscard]] const DeviceState& before(std::size_t k) const { return (*this)[std::max(k, first() + 1) - 1].value; }
+  /// The handle at t: a sample where one is of that time, else between the two around (handle_between), or the nearest
+  /// where t is before or after all that are known; needs count() > 0.
+  [[nodiscard]] DeviceState at(Time t, bool rotates) const {
+    const std::size_t k = after(t);
+    const Stamped<DeviceState>& a = (*this)[std::max(k, first() + 1) - 1];
+    if (k == count_ || a.stamp.valid >= t) return a.value;
+    const Stamped<DeviceState>& b = (*this)[k];
+    return handle_between(a.value, b.value, share_between(a.stamp.valid, b.stamp.valid, t), rotates);
+  }
   [[nodiscard]] std::uint64_t rejected() const { return gate_.refusals().refused(); }
 
   /// m/s^2 and rad/s^2, of the handle over the last five samples; zero where there are fewer.
