@@ -6,6 +6,7 @@
 #include "python/errors.hpp"
 #include "python/file_text.hpp"
 #include "python/graph.hpp"
+#include "python/physics_loop.hpp"
 #include "python/run_result.hpp"
 #include "python/session.hpp"
 
@@ -17,5 +18,6 @@ PYBIND11_MODULE(_tactor, module) {
   tactor::python::translate_errors();
   tactor::python::bind_graph(module);
   tactor::python::bind_session(module);
+  tactor::python::bind_physics_loop(module);
   tactor::python::bind_run(module);
 }

@@ -106,20 +106,26 @@ void SessionState::start() {
 }
 
 void SessionState::advance(Duration duration) {
+  advance_while("advance", [this, left = duration](Session& session) mutable {
+    const Duration part = std::min(left, slice_);
+    session.advance(part);
+    left = left - part;
+    return left > Duration{} && session.is_running();
+  });
+}
+
+void SessionState::advance_while(const char* what, const std::function<bool(Session&)>& part) {
   if (!started_ && !finished_) start();
-  for (bool running = true; running;) {
+  for (bool goes_on = true; goes_on;) {
     // Slices of the run until it is time to look for signals.
     use([&](Session& session) {
-      demand_running("advance");
-      if (failed_) throw RunError("advance: the run has failed before");
+      demand_running(what);
+      if (failed_) throw RunError(std::string(what) + ": the run has failed before");
       const Instant until = MonotonicClock::now() + attend_period;
       try {
         do {
-          const Duration part = std::min(duration, slice_);
-          session.advance(part);
-          duration = duration - part;
-          running = duration > Duration{} && session.is_running();
-        } while (running && MonotonicClock::now() < until);
+          goes_on = part(session);
+        } while (goes_on && MonotonicClock::now() < until);
       } catch (...) {
         failed_ = true;
         throw;

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -45,6 +46,11 @@ class SessionState {
   void start();
   /// Checks for signals about every 20 ms; an interrupted live run is finished before KeyboardInterrupt passes on.
   void advance(Duration duration);
+  /// The same for what `part` does: it lets at most `slice()` of the run pass, and returns false once it is done.
+  /// `what` is the call that needs a running session. Starts the session if nobody has.
+  void advance_while(const char* what, const std::function<bool(Session&)>& part);
+  /// The longest part of the run that passes before it looks for signals.
+  [[nodiscard]] Duration slice() const { return slice_; }
   /// Returns why a live run ended before its time.
   std::optional<std::string> finish();
   void stop();
@@ -66,7 +72,7 @@ class SessionState {
   std::shared_ptr<Registry> registry_;  // outlives the session
   std::unique_ptr<Session> session_;
   bool live_;
-  Duration slice_;  // of an advance: what passes of the run before it looks for signals
+  Duration slice_;
   std::atomic<bool> started_ = false, finished_ = false, failed_ = false;
   TurnLock lock_;
   std::mutex forgotten_lock_;

@@ -20,16 +20,17 @@ from ._graph import Graph, check, load
 from ._messages import Field, Messages, MessageType
 from ._node_class import Context, Input, Node, Output, Parameter, Rate, Step
 from ._nodes import NodeType, nodes
+from ._physics import ErpCfm, Handle, ImplicitSpring, PhysicsLoop, PhysicsStep
 from ._recording import Recording, Stream
 from ._run import Metrics, Result, run
 from ._session import Feed, Session, Tap
 from ._tactor import version as __version__
 
 __all__ = [
-    "Context", "Diagnostic", "Error", "Feed", "Field", "Graph", "Input", "InputError", "InputWarning", "Messages",
-    "MessageType", "Metrics", "Node", "NodeType", "Output", "Parameter", "Rate", "Recording", "Result", "RunError",
-    "Session", "Step", "Stream", "Tap", "__version__", "check", "compare", "load", "nodes", "run", "study",
-    "study_table",
+    "Context", "Diagnostic", "ErpCfm", "Error", "Feed", "Field", "Graph", "Handle", "ImplicitSpring", "Input",
+    "InputError", "InputWarning", "Messages", "MessageType", "Metrics", "Node", "NodeType", "Output", "Parameter",
+    "PhysicsLoop", "PhysicsStep", "Rate", "Recording", "Result", "RunError", "Session", "Step", "Stream", "Tap",
+    "__version__", "check", "compare", "load", "nodes", "run", "study", "study_table",
 ]
 
 # Texts of exceptions and of help() name what users import.

@@ -14,6 +14,7 @@ from . import _tactor
 from ._errors import RunError
 from ._graph import Graph, Overlay, Path, Time, Value, as_graph, text_of, warn
 from ._messages import Messages, MessageType, messages
+from ._physics import PhysicsLoop
 from ._run import Metrics
 
 _MOST_IN_TAP = 1 << 24  # as in the C++ session: more would be a slip of the pen
@@ -151,8 +152,18 @@ class Session:
         return Tap(self._session.tap(output, queue or 0))
 
     def feed(self, name: str) -> Feed:
-        """What fills an input (`device.target`) that `feeds` has named, or a node of type source.feed."""
+        """What fills an input (`device.target`) that `feeds` has named, a node of type source.feed, or an output.
+
+        An output is one that programs fill, such as `physics.force` of a node physics.external.
+        """
         return Feed(self._session.feed(name))
+
+    def physics(self, node: Optional[str] = None) -> PhysicsLoop:
+        """The loop in which the program itself is the physics: of the graph's node `node` of type physics.external.
+
+        None: the only node of that type. Raises InputError where there is none, or several.
+        """
+        return PhysicsLoop(_tactor.PhysicsLoop(self._session, node or ""))
 
     def set(self, parameter: str, value: Value) -> None:
         """Sets a tunable parameter: `set("coupling.k_0", "1200 N/m")`; a number is in the SI unit.

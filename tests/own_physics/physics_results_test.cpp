@@ -185,8 +185,9 @@ BOOST_AUTO_TEST_CASE(a_loop_says_which_node_it_wants) {
     says_like(refusal_of([&] { const PhysicsLoop loop(session); }), "several nodes.*name one of");
   }
   {
-    Session session(planned_text(replaced(text, "  - device.state -> physics.device\n",
-                                          "  - {from: device.state, to: physics.device, policy: block, queue: 8}\n")));
+    Session session(
+        planned_text(replaced(text, "  - device.state -> physics.device\n",
+                              "  - {from: device.state, to: physics.device, queue: \"queue(8, block)\"}\n")));
     says_like(refusal_of([&] { const PhysicsLoop loop(session); }), "expected another policy than block");
   }
 }
