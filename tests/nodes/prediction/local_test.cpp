@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <memory>
 #include <string>
 #include <utility>
 
@@ -99,15 +100,20 @@ class Subject {
   }
   void sample(double ms, const DeviceState& state) { node_.device.push(stamp_ms(ms), &state); }
   void contacts(const LocalContacts& local) { node_.contacts.push({}, &local); }
+  /// Contacts that came with the result of `stamp`.
+  void found(double stamp, const ContactSet& set) {
+    if (!node_.found.connected()) node_.found.configure({QueuePolicy::drop_oldest, 8});
+    node_.found.push(stamp_ms(stamp), &set);
+  }
   void physics(int stamp, const PhysicsState& state) { node_.state.push(stamp_ms(stamp), &state); }
   /// A result of `stamp` that comes at `now`; true where a model is sent.
-  bool result(int stamp, int now, const BodyStates& bodies) {
+  bool result(double stamp, int now, const BodyStates& bodies) {
     node_.bodies.push(stamp_ms(stamp, sequence_++), &bodies);
     StepContext context(Time{now * 1'000'000LL});
     node_.step(context);
     const bool any = node_.model.pending() > 0;
     if (any) {
-      BOOST_REQUIRE(node_.model.pending_valid(0).ns == stamp * 1'000'000LL);
+      BOOST_REQUIRE(node_.model.pending_valid(0).ns == at_ms(stamp).ns);
       model = sent(node_.model);
       correct(model.correction, model.contacts);
     }
@@ -133,6 +139,11 @@ class Subject {
   LocalPredictor node_;
   std::uint64_t sequence_ = 0;
 };
+
+/// The wall as a query at one pose finds it.
+LocalContacts wall_for_one(const Physics& physics, const BodyStates& bodies) {
+  return around({bodies}, {}, [&](const BodyStates& at) { return physics.contact(at.X_WB[0]); });
+}
 
 LocalContacts wall_for(const Physics& physics, const Vec3& p) {
   std::vector<BodyStates> anchors{one_body(p), one_body(p + Vec3{-0.002, 0.001, 0}), one_body(p + Vec3{0.03, 0, 0})};
@@ -308,6 +319,52 @@ BOOST_AUTO_TEST_CASE(poor_samples_are_left_out_and_poor_results_send_nothing) {
   BOOST_TEST(refusals.room() == LocalContacts::capacity);
   subject.contacts({});
   BOOST_TEST(subject.result(23, 34, good));
+}
+
+BOOST_AUTO_TEST_CASE(a_result_between_two_samples_meets_the_handle_between_them) {
+  const BodyStates bodies = one_body({0.02, 0, 0}, {0.05, 0, 0});
+  const auto wrench_of = [&](double ms, const DeviceState& d) {
+    Subject subject(default_params<LocalPredictor>(), false);
+    for (int k = 0; k <= 30; ++k) subject.sample(k, handle(k));
+    BOOST_REQUIRE(subject.result(ms, 30, bodies));
+    const CouplingParameters& c = subject.coupling;
+    const Vec3 expected = -c.k_t * (d.X_WD.p - bodies.X_WB[0].p) - c.b_t * (d.V_WD.v - bodies.V_WB[0].v);
+    BOOST_TEST(norm(subject.model.wrench_result.force - expected) < 1e-12);
+  };
+  wrench_of(10, handle(10));
+  DeviceState between_samples;
+  between_samples.X_WD.p = 0.75 * handle(10).X_WD.p + 0.25 * handle(11).X_WD.p;
+  between_samples.V_WD.v = 0.75 * handle(10).V_WD.v + 0.25 * handle(11).V_WD.v;
+  wrench_of(10.25, between_samples);
+}
+
+BOOST_AUTO_TEST_CASE(contacts_that_came_with_a_result_are_gone_on_from_where_no_query_tells_others) {
+  const BodyStates bodies = one_body({0.0098, 0, 0}, {-0.02, 0, 0});
+  const Physics physics(true);
+  const auto started = [&](bool with_contacts) {
+    auto subject = std::make_unique<Subject>(default_params<LocalPredictor>(), with_contacts);
+    for (int ms = 0; ms <= 30; ++ms) subject->sample(ms, handle(ms));
+    return subject;
+  };
+  const auto queried = started(true), told = started(false), untold = started(false);
+  queried->contacts(wall_for_one(physics, bodies));
+  ContactSet set;
+  set.bodies = bodies;
+  set.count = 1;
+  set.contact[0] = physics.contact(bodies.X_WB[0]);
+  ContactSet older = set;
+  older.contact[0].distance = 1;
+  told->found(9, older);
+  told->found(10, set);
+  for (const auto* subject : {&queried, &told, &untold}) BOOST_REQUIRE((*subject)->result(10, 30, bodies));
+  BOOST_TEST((told->model.bodies.X_WB[0].p == queried->model.bodies.X_WB[0].p));
+  BOOST_TEST(norm(told->model.bodies.X_WB[0].p - untold->model.bodies.X_WB[0].p) > 1e-5);
+  BOOST_TEST(told->model.contacts.count == 1);
+  // As many as a program may tell, but not as a rollout takes.
+  set.count = LocalContacts::capacity + 1;
+  told->found(11, set);
+  BOOST_TEST(!told->result(11, 31, bodies));
+  BOOST_TEST(told->refusals().refused(RefusalReason::too_many) == 1U);
 }
 
 BOOST_AUTO_TEST_CASE(a_sample_whose_quaternion_is_not_of_length_one_is_that_rotation) {
