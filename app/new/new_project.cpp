@@ -6,6 +6,7 @@
 #include <cctype>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
 #include <utility>
 
 #include "app/output.hpp"
@@ -40,6 +41,8 @@ Example example_of(ProjectKind kind) {
       return {"message", "", ""};
     case ProjectKind::study:
       return {"study", "", ""};
+    case ProjectKind::physics:
+      return {"physics", "", ""};
   }
   TACTOR_DEMAND(false);
 }
@@ -98,6 +101,12 @@ std::vector<fs::path> copy_example(const std::string& folder, const fs::path& pr
     throw InputError("tactor new: " + project.string() + " is there already; choose another name, or another --in");
   }
   std::sort(files.begin(), files.end());
+  std::set<fs::path> names;
+  for (const fs::path& file : files) {
+    const std::string name = replaced(file.filename().string(), words);
+    if (names.insert(name).second) continue;
+    throw InputError("tactor new: expected another name, because two files of the project would be called " + name);
+  }
   fs::create_directories(project, error);
   if (error) throw InputError("tactor new: cannot make the folder " + project.string() + ": " + error.message());
   for (fs::path& file : files) {
@@ -120,7 +129,8 @@ std::vector<fs::path> new_project(ProjectKind kind, const std::string& name, con
                     example.node.empty() ? "" : " or mylab." + example.usual_node, name));
   }
   const std::string library = parts[1];
-  if (kind != ProjectKind::study) refuse_name_of_ours(library);
+  const bool is_library = kind != ProjectKind::study && kind != ProjectKind::physics;
+  if (is_library) refuse_name_of_ours(library);
   Words words;
   if (!example.node.empty()) {
     const std::string node = parts[3].matched ? parts[3].str() : example.usual_node;

@@ -81,6 +81,31 @@ void add_project(CLI::App& verb, ProjectKind kind, const std::string& word, cons
   });
 }
 
+/// `PYTHONPATH=... `, where Python does not find the package by itself.
+std::string where_python_looks() {
+  const fs::path prefix = installation_prefix();
+  std::error_code ignored;
+  // A build has a link there; an installation's folder carries the version of Python.
+  if (fs::exists(prefix / "python/tactor", ignored))
+    return "PYTHONPATH=" + as_typed((prefix / "python").string()) + " ";
+  return {};
+}
+
+void add_new_physics(CLI::App& verb) {
+  const auto arguments = std::make_shared<NewArguments>();
+  CLI::App* sub =
+      add_kind(verb, "physics", "Physics of your own: a simulation in Python, its graph and a study of methods",
+               "The project's name", arguments);
+  sub->callback([arguments] {
+    const std::vector<fs::path> files = new_project(ProjectKind::physics, arguments->name, arguments->folder);
+    const fs::path folder = files.front().parent_path().lexically_normal();
+    const std::string python = where_python_looks() + "/usr/bin/python3 ";
+    tell_project(files,
+                 fmt::format("  {0}{1}\n  {0}{1} local\n  {0}{2}\n", python, as_typed((folder / "physics.py").string()),
+                             as_typed((folder / "study.py").string())));
+  });
+}
+
 void add_new_graph(CLI::App& parent, int& exit_code) {
   CLI::App* verb = parent.add_subcommand("graph", "Write a complete scene around a mesh, or around a box");
   const auto request = std::make_shared<NewGraphRequest>();
@@ -114,7 +139,9 @@ void add_new_graph(CLI::App& parent, int& exit_code) {
 
 void add_new(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
-      "new", "Start a project of your own: a scene around a mesh, a node, a device, a message type or a study");
+      "new",
+      "Start a project of your own: a scene around a mesh, a node, a device, a message type, physics or "
+      "a study");
   verb->require_subcommand(1);
   add_new_graph(*verb, exit_code);
   const char* library = "The library's name, which comes before the dot in its node types, or both: mylab.smooth";
@@ -125,6 +152,7 @@ void add_new(CLI::App& app, int& exit_code) {
   add_project(*verb, ProjectKind::message, "message",
               "A message type of your own, with nodes that send and read it, a graph and a test",
               "The library's name, which comes before the dot in its types: mylab");
+  add_new_physics(*verb);
   const auto arguments = std::make_shared<NewArguments>();
   CLI::App* study = add_kind(*verb, "study", "A study of several methods on a graph", "The study's name", arguments);
   study

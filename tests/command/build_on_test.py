@@ -125,6 +125,10 @@ class New(BuiltOn):
         self.new("study", "odd", "--graph", graph)
         self.do("tactor", "study", self.folder / "odd/odd.yaml", "--short", "--seeds", "1", "--duration", "0.2", "--judge", "whole", "--out", self.folder / "out")
 
+    def test_physics_may_not_be_called_as_one_of_its_files(self):
+        self.assertIn("two files of the project would be called local.yaml", self.new("physics", "local", code=2).stderr)
+        self.assertFalse((self.folder / "local").exists())
+
     def test_words_of_the_example_may_be_in_a_name(self):
         self.new("node", "my.example_parabola")
         self.assertIn('"my.example_parabola"', (self.folder / "my/example_parabola.cpp").read_text())
@@ -195,6 +199,18 @@ class AsPrinted(BuiltOn):
     def test_a_message_on_a_clone(self):
         self.run_as_printed(self.printed(BUILD / "bin/tactor", "message", "pads")[:1])
         self.passes(self.folder / "pads/build")
+
+    @unittest.skipUnless((BUILD / "python/tactor").is_dir(), "this build has no Python package")
+    def test_physics_on_a_clone(self):
+        commands = self.printed(BUILD / "bin/tactor", "physics", "mine")
+        self.assertEqual(sorted(p.name for p in (self.folder / "mine").iterdir()), ["README.md", "local.yaml", "mine.yaml", "physics.py", "study.py"])
+        said = [self.do("bash", "-c", command).stdout for command in commands]
+        for text, method in zip(said, ("hold", "local")):
+            self.assertRegex(text, rf"^{method}: 12000 forces, 0\.\d+ N on average, [0-9.]+ N at most\n$")
+        shares = {row.split()[0]: float(row.split()[2]) for row in said[2].splitlines()[1:]}
+        self.assertEqual(list(shares), ["hold", "paper", "blend", "local"])
+        self.assertEqual(shares["hold"], 1)
+        self.assertLess(shares["local"], 0.5)
 
     def test_no_path_is_printed_that_the_environment_names(self):
         self.environment["CMAKE_PREFIX_PATH"] = f"/opt/other:{BUILD}"
