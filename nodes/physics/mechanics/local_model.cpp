@@ -20,6 +20,8 @@ const MessageType& message_type<LocalModel>() {
           .field("law_error", "N", &LocalModel::law_error,
                  "Part of the contact force of that result that the contact law does not explain; 0 where nothing "
                  "compares them.")
+          .field("law_unknown", "1", &LocalModel::law_unknown,
+                 "1: physics has another law of contact, so nobody knows how wrong that of the contacts is.")
           .field("coupling", &LocalModel::coupling, "Spring and damper between handle and tool.")
           .field("contacts", &LocalModel::contacts, "Contacts around the bodies, before `correction`.")
           .field("correction", &LocalModel::correction)
