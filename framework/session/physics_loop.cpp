@@ -20,7 +20,7 @@ constexpr std::size_t most_samples = 4096;
 /// What `next` lets pass before it looks whether the run has ended.
 constexpr Duration longest_wait{20'000'000};
 /// How often it looks for a sample of the handle, live.
-constexpr Duration look_period{1'000'000};
+constexpr Duration sample_wait{1'000'000};
 /// Under the virtual clock, what happens at an instant has happened when so much more has passed.
 constexpr Duration shortest{1};
 
@@ -138,7 +138,7 @@ std::optional<PhysicsStep> PhysicsLoop::next_within(Duration longest) {
     read_inputs();
     PhysicsStep step;
     const bool begins = begin_step(step);
-    due_ = begins || is_virtual_ ? period_after(session_.now()) : session_.now() + look_period;
+    due_ = begins || is_virtual_ ? period_after(session_.now()) : session_.now() + sample_wait;
     if (begins) return step;
   }
   return std::nullopt;

@@ -13,6 +13,21 @@ namespace {
 /// Models that edges and their readers hold at the same time.
 constexpr std::size_t most_models = 32;
 
+/// Factors on the law of contacts, to see what a wrong one does.
+void declare_scales(Declare<LocalPredictor>& node) {
+  using Params = LocalPredictor::Params;
+  node.real("stiffness_scale", &Params::stiffness_scale,
+            {.doc = "factor on the stiffness and damping of contacts before the fit, to see what a wrong model does",
+             .default_value = 1,
+             .min = 0,
+             .max = 100})
+      .real("friction_scale", &Params::friction_scale,
+            {.doc = "factor on the friction of contacts, for the same purpose",
+             .default_value = 1,
+             .min = 0,
+             .max = 100});
+}
+
 }  // namespace
 
 void LocalPredictor::declare_metrics(Declare<LocalPredictor>& node) {
@@ -127,16 +142,9 @@ NodeInfo LocalPredictor::declare() {
              .default_value = 9e-4,
              .min = 0,
              .max = 0.01})
-      .real("stiffness_scale", &Params::stiffness_scale,
-            {.doc = "factor on the stiffness and damping of contacts before the fit, to see what a wrong model does",
-             .default_value = 1,
-             .min = 0,
-             .max = 100})
-      .real(
-          "friction_scale", &Params::friction_scale,
-          {.doc = "factor on the friction of contacts, for the same purpose", .default_value = 1, .min = 0, .max = 100})
       .unneeded(nothing_moves)
       .role(Role::prediction);
+  declare_scales(node);
   declare_rollout(node);
   declare_patch_contacts(node);
   declare_metrics(node);
