@@ -93,7 +93,10 @@ std::vector<fs::path> copy_example(const std::string& folder, const fs::path& pr
   const fs::path example = installation_prefix() / "share" / "tactor" / "examples" / folder;
   std::error_code error;
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(example, error)) files.push_back(entry.path());
+  // Python keeps a folder beside files that it has run.
+  for (const auto& entry : fs::directory_iterator(example, error)) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
   if (error || files.empty()) {
     throw InputError("tactor new: " + example.string() + " is missing; install Tactor again, with its examples");
   }
