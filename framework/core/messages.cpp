@@ -187,12 +187,19 @@ const MessageType& message_type<Contact>() {
           .field("distance", "m", &Contact::distance,
                  "Distance from `p_WC` to the moving body's point along `n_W`: positive apart, negative inside.")
           .field("weight", "1", &Contact::weight,
-                 "Share of a contact patch that this contact stands for. It multiplies `stiffness` and `damping`.")
+                 "Share of a contact patch that this contact stands for. It multiplies all forces of the contact.")
           .field("stiffness", "N/m", &Contact::stiffness,
                  "Stiffness at weight 1: those of the two materials in series, 1 / (1/a + 1/b).")
           .field("damping", "N s/m", &Contact::damping, "Damping at weight 1: that of the softer material.")
           .field("friction", "1", &Contact::friction,
                  "Coulomb coefficient: the geometric mean of those of the two materials.")
+          .field("inertia", "kg", &Contact::inertia,
+                 "Mass at weight 1 that the contact adds against acceleration along `n_W`. With it, damping acts only "
+                 "where the bodies overlap.")
+          .field("creep", "s/kg", &Contact::creep,
+                 "Speed per force at weight 1 at which static friction gives way; 0: as the step has it.")
+          .field("lift", "1", &Contact::lift,
+                 "Sliding at a speed u beyond the creep adds lift * damping * friction * u to the normal force.")
           .field("H_W", "1/m", &Contact::H_W,
                  "Hessian of `distance` by the moving body's point, symmetric: xx, xy, xz, yy, yz, zz. It is zero "
                  "where the nearest feature is flat, and on an edge or a corner itself. Where one of the two is a ball "

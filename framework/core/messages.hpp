@@ -92,6 +92,9 @@ struct Contact {
   double stiffness = 0;         ///< N/m for weight 1
   double damping = 0;           ///< N s/m for weight 1
   double friction = 0;          ///< Coulomb coefficient
+  double inertia = 0;           ///< kg for weight 1
+  double creep = 0;             ///< s/kg for weight 1; 0: the step's
+  double lift = 0;              ///< 0 to 1
   std::array<double, 6> H_W{};  ///< 1/m
 };
 

@@ -32,6 +32,7 @@ struct ContactCorrection {
   void apply_scales(Contact& c) const {
     c.stiffness *= scale_all;
     c.damping *= scale_all;
+    c.inertia *= scale_all;
     c.friction *= friction_scale_all;
   }
   /// Changes a contact of that pair.
@@ -43,6 +44,7 @@ struct ContactCorrection {
       return;
     c.stiffness *= stiffness_scale;
     c.damping *= stiffness_scale;
+    c.inertia *= stiffness_scale;
     c.friction = std::max(0.0, c.friction + friction_excess);
   }
 };

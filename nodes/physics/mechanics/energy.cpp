@@ -4,12 +4,18 @@
 
 namespace tactor {
 
-double contact_energy(const SystemModel& model, const ContactPlanes& contacts, const BodyStates& bodies) {
+double contact_energy(const SystemModel& model, const ContactPlanes& contacts, const BodyStates& bodies,
+                      bool massless) {
   double energy = 0;
   for (std::size_t i = 0; i < contacts.planes.size(); ++i) {
     if (!usable(contacts, i, model.count)) continue;
-    const double distance = plane_now(contacts, i, bodies.X_WB).distance;
-    if (distance < 0) energy += 0.5 * contacts.planes[i].stiffness * contacts.planes[i].weight * distance * distance;
+    const Contact& c = contacts.planes[i];
+    const PlaneNow now = plane_now(contacts, i, bodies.X_WB);
+    if (!(now.distance < 0)) continue;
+    energy += 0.5 * c.stiffness * c.weight * now.distance * now.distance;
+    if (c.inertia == 0 || massless) continue;
+    const double speed = dot(now.n_W, relative_velocity(bodies, contacts.pairs[i], now.p_W));
+    energy += 0.5 * c.inertia * c.weight * speed * speed;
   }
   return energy;
 }
@@ -34,7 +40,7 @@ Energy system_energy(const SystemModel& model, const CouplingParameters& couplin
     const Vec3 turn = to_rotation_vector(device.X_WD.R * inverse(bodies.X_WB[0].R));
     e.spring += 0.5 * coupling.k_r * dot(turn, turn);
   }
-  e.contact = contact_energy(model, contacts, bodies);
+  e.contact = contact_energy(model, contacts, bodies, coupling.massless != 0);
   return e;
 }
 

@@ -108,6 +108,26 @@ StepResult RigidStep::advance_once(const CouplingParameters& coupling, const Dev
   return result;
 }
 
+/// The forces of a plane at that distance, in a step that is solved over h seconds.
+void RigidStep::set_law(Plane& p, const Contact& c, double distance, bool massless, double h) {
+  const double k = c.stiffness * c.weight;
+  p.push = -k * distance;
+  p.spring = h * k;
+  p.damping = massless ? 0 : c.damping * c.weight;
+  p.friction = c.friction;
+  p.bound = p.inertia = p.creep = p.lift = p.carried = 0;
+  p.lifted = p.lifted_before = p.told_before = p.lifted_below = 0;
+  if (c.creep > 0 && c.weight > 0) p.creep = c.creep / c.weight;
+  if (massless) return;
+  if (distance < 0) {
+    p.lift = c.lift * c.friction * p.damping;
+    p.inertia = c.inertia * c.weight / h;
+    p.damping += p.inertia;
+  } else if (c.inertia > 0) {
+    p.damping = 0;
+  }
+}
+
 /// The usable planes as the step over h seconds sees them. `ahead`: where the bodies are at the middle of the step that
 /// the levers are for; null: where they are.
 std::span<RigidStep::Plane> RigidStep::prepare_planes(const BodyStates& bodies, const BodyStates* ahead, bool massless,
@@ -120,17 +140,12 @@ std::span<RigidStep::Plane> RigidStep::prepare_planes(const BodyStates& bodies, 
     const PlaneNow now = plane_now(contacts, i, at.X_WB);
     const double distance = ahead == nullptr ? now.distance : plane_now(contacts, i, bodies.X_WB).distance;
     Plane& p = planes_[count++];
-    const double k = c.stiffness * c.weight;
     p.body = contacts.pairs[i].body;
     p.other = contacts.pairs[i].other;
     p.r_body = now.p_W - at.X_WB[static_cast<std::size_t>(p.body)].p;
     if (p.other >= 0) p.r_other = now.p_W - at.X_WB[static_cast<std::size_t>(p.other)].p;
     p.n = now.n_W;
-    p.push = -k * distance;
-    p.spring = h * k;
-    p.damping = massless ? 0 : c.damping * c.weight;
-    p.friction = c.friction;
-    p.bound = 0;
+    set_law(p, c, distance, massless, h);
   }
   if (patch != nullptr) count = add_soft_planes(at, bodies, massless, *patch, h, count);
   return std::span(planes_).first(count);
@@ -146,7 +161,6 @@ std::size_t RigidStep::add_soft_planes(const BodyStates& at, const BodyStates& b
       continue;
     }
     Plane& p = planes_[count++];
-    const double k = c.stiffness * c.weight;
     p.body = std::max(soft.body, ContactPair::fixed);
     p.other = Plane::on_patch;
     p.node = soft.node;
@@ -165,11 +179,7 @@ std::size_t RigidStep::add_soft_planes(const BodyStates& at, const BodyStates& b
       const auto node = static_cast<std::size_t>(soft.node[i]);
       moved -= soft.share[i] * (patch.p_W[node] - patch.query_p_W[node]);
     }
-    p.push = -k * (c.distance + dot(c.n_W, moved));
-    p.spring = h * k;
-    p.damping = massless ? 0 : c.damping * c.weight;
-    p.friction = c.friction;
-    p.bound = 0;
+    set_law(p, c, c.distance + dot(c.n_W, moved), massless, h);
   }
   return count;
 }

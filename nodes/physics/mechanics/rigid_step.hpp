@@ -44,6 +44,14 @@ struct StepResult {
 /// point, hence linear and angular momentum of free bodies are kept to rounding. With coupling.massless the tool has no
 /// inertia, no weight and no damper, nor have its contacts: it goes where springs balance, and w'' = w'.
 ///
+/// A contact may tell more of its law. With u_0 the velocity u before the step, m_c = inertia * weight and
+/// c = creep / weight it has
+///   N = max(0, -k (phi + h n . u) - b n . u - m_c n . (u - u_0) / h + lift mu b s),   s = max(0, |u_t| - c mu N),
+///   f = N n - mu N u_t / max(|u_t|, stick_velocity, c mu N).
+/// Terms of m_c and s act where phi < 0 alone, and so does b where m_c > 0: the mass would else press from afar.
+/// The contact's inertia holds the energy m_c (n . u)^2 / 2, which comes with the velocity that it begins with and is
+/// lost where it ends; but for that energy no contact feeds any in.
+///
 /// Of a spring and a mass of angular frequency W a step keeps the share 1 / (1 + (W h)^2) of the energy.
 ///
 /// **Midpoint.** The same equations, solved over h/2, with the handle in the middle of its way and the levers where the
@@ -61,7 +69,7 @@ struct StepResult {
 /// method with line search looks for (A. Castro, F. Permenter, X. Han, "An unconstrained convex formulation of
 /// compliant contact", IEEE T-RO 2022; A. Castro, X. Han, J. Masterjohn, "Irrotational contact fields", 2023). The
 /// bounds follow the normal forces in the first iterations, and are held then: however far they are off, friction
-/// takes energy out. It is converged when what is
+/// takes energy out. The force that s gives is held likewise. It is converged when what is
 /// left of each body's equation is below model.tolerance of the sum of the norms of its terms. If it is not, one linear
 /// step is taken instead, with all planes that overlap as springs and dampers of both signs and the friction viscous,
 /// if total energy is then no larger than before plus the handle's work; else the bodies stay at rest where they are.
@@ -97,12 +105,19 @@ class RigidStep {
     Vec3 n;
     double push = 0;      // N, the normal force at zero velocity; negative where apart
     double spring = 0;    // N s/m, stiffness times the time that is solved for
-    double damping = 0;   // N s/m
+    double damping = 0;   // N s/m, along the normal, `inertia` included
+    double inertia = 0;   // N s/m, the contact's inertia over the time that is solved for
     double friction = 0;  // Coulomb coefficient
     double bound = 0;     // N, friction force while sliding
-    Vec3 u, du;           // m/s, relative velocity, and its change along the line that is searched
-    Vec3 u_start;         // m/s, relative velocity at the start
-    Vec3 force;           // N, on `body`
+    double creep = 0;     // m/s per N, of static friction
+    double lift = 0;      // N s/m, normal force by the speed of sliding beyond the creep
+    double carried = 0;   // N, of the inertia at zero velocity
+    double lifted = 0;    // N, what sliding adds beyond LiftingContact
+    // N, the same an iteration ago, what it should have been then, and the last that was too small.
+    double lifted_before = 0, told_before = 0, lifted_below = 0;
+    Vec3 u, du;    // m/s, relative velocity, and its change along the line that is searched
+    Vec3 u_start;  // m/s, relative velocity at the start
+    Vec3 force;    // N, on `body`
   };
 
  private:
@@ -118,6 +133,7 @@ class RigidStep {
                    double h, BodyStates& bodies, const SoftPatch* patch = nullptr, SoftPatchMotion* motion = nullptr);
   std::span<Plane> prepare_planes(const BodyStates& bodies, const BodyStates* ahead, bool massless,
                                   const ContactPlanes& contacts, double h, const SoftPatch* patch = nullptr);
+  static void set_law(Plane& plane, const Contact& contact, double distance, bool massless, double h);
   std::size_t add_soft_planes(const BodyStates& at, const BodyStates& bodies, bool massless, const SoftPatch& patch,
                               double h, std::size_t count);
 

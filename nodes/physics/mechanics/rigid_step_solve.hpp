@@ -14,8 +14,9 @@ namespace tactor {
 
 namespace step_solve {
 
-inline constexpr int following = 12;  // iterations in which the bounds may follow
-inline constexpr int searches = 40;   // evaluations along a line, at most
+inline constexpr int following = 12;        // iterations in which the bounds may follow
+inline constexpr int following_lifts = 20;  // and where sliding lifts
+inline constexpr int searches = 40;         // evaluations along a line, at most
 
 /// The a in (0, 1] at which `slope`, increasing and negative at 0, has all but vanished.
 template <class Slope>
@@ -44,13 +45,21 @@ double line_search(const Slope& slope, double at_zero) {
 template <class E>
 int newton(E& equations, int most, typename E::Vector& v, double* workspace) {
   v = equations.start();
-  if constexpr (E::midpoint) equations.set_velocities(v, &RigidStep::Plane::u_start);
+  if (E::midpoint || equations.carries()) equations.set_velocities(v, &RigidStep::Plane::u_start);
+  if (equations.carries()) equations.carry();
   equations.set_velocities(v, &RigidStep::Plane::u);
   bool held = false;
   typename E::Vector left;
   auto H = equations.matrix(workspace);
+  const int most_following = equations.lifts() ? following_lifts : following;
   for (int i = 0; i < most; ++i) {
-    if (!held) held = equations.follow() || i >= following;
+    if (!held) {
+      held = equations.follow();
+      if (!held && i >= most_following) {
+        held = true;
+        equations.hold_lifts();
+      }
+    }
     equations.residual(v, left);
     if (equations.met(left)) return i;
     equations.derivative(H, equations.newton());

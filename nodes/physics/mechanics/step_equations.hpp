@@ -11,6 +11,7 @@
 
 #include "nodes/physics/mechanics/eigen.hpp"
 #include "nodes/physics/mechanics/free_rotation.hpp"
+#include "nodes/physics/mechanics/lifting_contact.hpp"
 #include "nodes/physics/mechanics/normal_force.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 
@@ -80,16 +81,7 @@ class StepEquations {
 
   /// Sets the relative velocities of the planes for body velocities v.
   void set_velocities(const Vector& v, Vec3 Plane::*target) const {
-    for (Plane& p : planes_) {
-      Vec3 u = moves(p) ? velocity_at(v, p.body, p.r_body) : Vec3{};
-      if constexpr (!one) {
-        if (p.other >= 0) u -= velocity_at(v, p.other, p.r_other);
-        if constexpr (soft) {
-          if (p.other == Plane::on_patch) u -= velocity_on_patch(v, p);
-        }
-      }
-      p.*target = u;
-    }
+    for (Plane& p : planes_) p.*target = velocity_of(p, v);
   }
 
   /// What is left of the equations at v, N s and N m s; sets the planes' forces. Needs the planes' velocities.
@@ -174,6 +166,15 @@ class StepEquations {
     }
   }
 
+  /// Whether sliding lifts at contacts.
+  [[nodiscard]] bool lifts() const { return lifts_; }
+  /// Whether contacts have inertia.
+  [[nodiscard]] bool carries() const { return carries_; }
+  /// Sets the forces of their inertia. Needs the planes' `u_start`.
+  void carry() const {
+    for (Plane& p : planes_) p.carried = p.inertia * dot(p.n, p.u_start);
+  }
+
   /// How the derivative of the convex function along v + a d depends on a. Needs the planes' `u` and `du`.
   class Line {
    public:
@@ -199,16 +200,18 @@ class StepEquations {
 
   /// The force of a plane on its moving body at relative velocity u, with its friction bound.
   [[nodiscard]] Vec3 force(const Plane& p, const Vec3& u) const {
+    if (p.lift > 0) return lifting_force(p, u);
     const double normal = normal_at(p, dot(p.n, u)).force;
     if (normal == 0 && p.bound == 0) return {};
-    return normal * p.n - rub(p.bound, slide(p, u).u_t);
+    return normal * p.n - rub(p, p.bound, slide(p, u).u_t);
   }
 
-  /// Lets the friction bounds follow the normal forces; returns true where they hardly changed.
+  /// Lets the friction bounds follow the normal forces; returns true where they hardly changed, nor what sliding lifts.
   bool follow() const {
     double change = 0, sum = 0;
     for (Plane& p : planes_) {
-      const double bound = p.friction * normal_at(p, dot(p.n, p.u)).force;
+      if (p.lift > 0) change += p.friction * follow_lift(p);
+      const double bound = p.friction * (p.lift > 0 ? lifting_at(p, p.u).normal : normal_at(p, dot(p.n, p.u)).force);
       change += std::abs(bound - p.bound);
       sum += bound;
       p.bound = bound;
@@ -217,16 +220,25 @@ class StepEquations {
     return sum > 0 && change <= bound_tolerance * sum;
   }
 
+  /// Where the lift has not settled, takes the last that was too small: only too large a one would put energy in.
+  void hold_lifts() const {
+    for (Plane& p : planes_) {
+      if (p.lift > 0) p.lifted = std::min(p.lifted, p.lifted_below);
+    }
+  }
+
   /// The slopes of a plane's force, as Newton's method wants them.
   [[nodiscard]] auto newton() const {
     return [this](const Plane& p, Matrix3d& S) {
+      if (p.lift > 0) return lifting_slope(p, S);
       const double normal = normal_at(p, dot(p.n, p.u)).slope;
       if (normal == 0 && p.bound == 0) return false;
       const auto [u_t, back] = slide(p, p.u);
       const double sliding = norm(u_t);
-      const double rough = whole * p.bound / std::max(sliding, model_.stick_velocity);
+      const double stick = stick_velocity(p, p.bound);
+      const double rough = whole * p.bound / std::max(sliding, stick);
       // Of no direction where it sticks.
-      const Vec3 t = sliding > model_.stick_velocity ? (1 / sliding) * u_t : Vec3{};
+      const Vec3 t = sliding > stick ? (1 / sliding) * u_t : Vec3{};
       for (int b = 0; b < 3; ++b) {
         for (int a = 0; a < 3; ++a) {
           S(a, b) = (normal - rough) * p.n[a] * p.n[b] - rough * t[a] * t[b] + (a == b ? rough : 0);
@@ -255,7 +267,7 @@ class StepEquations {
       p.force = {};
       if (p.push <= 0) continue;
       const double speed = dot(p.n, p.u);
-      p.force = (p.push - (p.spring + p.damping) * speed) * p.n - viscosity(p) * (p.u - speed * p.n);
+      p.force = (p.push - (p.spring + p.damping) * speed + p.carried) * p.n - viscosity(p) * (p.u - speed * p.n);
       apply_both(p, left);
     }
   }
@@ -295,8 +307,11 @@ class StepEquations {
   [[nodiscard]] Vec3 force_at_end(const Plane& p) const {
     if constexpr (!midpoint) return p.force;
     const Vec3 u = velocity_at_end(p, p.u);
-    const double normal = std::max(0.0, p.push - 2 * p.spring * dot(p.n, p.u) - p.damping * dot(p.n, u));
-    return normal * p.n - rub(p.friction * normal, across(p, u));
+    const double lifted = p.lift > 0 ? p.lift * lifting_at(p, p.u).slip : 0;
+    const double more = p.carried + lifted - p.inertia * dot(p.n, p.u);
+    const double normal =
+        std::max(0.0, p.push - 2 * p.spring * dot(p.n, p.u) - (p.damping - p.inertia) * dot(p.n, u) + more);
+    return normal * p.n - rub(p, p.friction * normal, across(p, u));
   }
 
   /// What became of the patch, given the velocities and the forces of the planes for them.
@@ -363,6 +378,16 @@ class StepEquations {
     return v.template segment<3>(Dofs == 3 ? 0 : offset(i) + 3);
   }
 
+  [[nodiscard]] Vec3 velocity_of(const Plane& p, const Vector& v) const {
+    Vec3 u = moves(p) ? velocity_at(v, p.body, p.r_body) : Vec3{};
+    if constexpr (!one) {
+      if (p.other >= 0) u -= velocity_at(v, p.other, p.r_other);
+      if constexpr (soft) {
+        if (p.other == Plane::on_patch) u -= velocity_on_patch(v, p);
+      }
+    }
+    return u;
+  }
   [[nodiscard]] Vec3 velocity_at(const Vector& v, int i, const Vec3& r) const {
     const double* at = v.data() + offset(i);
     const Vec3 u{at[0], at[1], at[2]};
@@ -428,7 +453,7 @@ class StepEquations {
   }
 
   [[nodiscard]] NormalForce normal_at(const Plane& p, double speed) const {
-    return normal_force<integrator>(p.push, p.spring, p.damping, speed);
+    return normal_force<integrator>(p.push, p.spring, p.damping, speed, p.carried);
   }
   [[nodiscard]] Vec3 velocity_at_end(const Plane& p, const Vec3& u) const {
     if constexpr (!midpoint) return u;
@@ -450,9 +475,59 @@ class StepEquations {
     if (along <= -square) return {end + start, {}};
     return {end - (along / square) * start, (1 / std::sqrt(square)) * start};
   }
+  /// The speed up to which friction of that bound is viscous.
+  [[nodiscard]] double stick_velocity(const Plane& p, double bound) const {
+    return std::max(model_.stick_velocity, p.creep * bound);
+  }
   /// What friction of that bound takes at sliding velocity u_t.
-  [[nodiscard]] Vec3 rub(double bound, const Vec3& u_t) const {
-    return (bound / std::max(norm(u_t), model_.stick_velocity)) * u_t;
+  [[nodiscard]] Vec3 rub(const Plane& p, double bound, const Vec3& u_t) const {
+    return (bound / std::max(norm(u_t), stick_velocity(p, bound))) * u_t;
+  }
+
+  [[nodiscard]] LiftingContact lifting(const Plane& p) const {
+    return {.push = p.push + p.carried + p.lifted,
+            .slope = p.spring + p.damping,
+            .friction = p.friction,
+            .creep = p.bound > 0 ? stick_velocity(p, p.bound) / p.bound : p.creep,
+            .share = 1 / whole};
+  }
+  [[nodiscard]] LiftingContact::At lifting_at(const Plane& p, const Vec3& u) const {
+    return lifting(p).at(dot(p.n, u), norm(slide(p, u).u_t));
+  }
+  /// Changes the push towards the lift that the plane should have at the velocity of now, by the secant of the last
+  /// two iterations; returns how far it was off, N.
+  double follow_lift(Plane& p) const {
+    const double told = (p.lift - p.friction * (p.spring + p.damping) / whole) * lifting_at(p, p.u).slip;
+    const double off = told - p.lifted, change = p.lifted - p.lifted_before;
+    if (off >= 0) p.lifted_below = p.lifted;
+    const double slope = change == 0 ? 0 : std::clamp((told - p.told_before) / change, 0.0, 0.95);
+    p.lifted_before = p.lifted;
+    p.told_before = told;
+    p.lifted += off / (1 - slope);
+    return std::abs(off);
+  }
+  [[nodiscard]] Vec3 lifting_force(const Plane& p, const Vec3& u) const {
+    const LiftingContact contact = lifting(p);
+    const Vec3 u_t = slide(p, u).u_t;
+    const double speed = norm(u_t);
+    const auto at = contact.at(dot(p.n, u), speed);
+    if (at.normal == 0) return {};
+    return at.normal * p.n - (at.slip > 0 ? p.friction * at.normal / speed : 1 / contact.creep) * u_t;
+  }
+  bool lifting_slope(const Plane& p, Matrix3d& S) const {
+    const LiftingContact contact = lifting(p);
+    const auto [u_t, back] = slide(p, p.u);
+    const double speed = norm(u_t);
+    const auto at = contact.at(dot(p.n, p.u), speed);
+    if (at.normal == 0) return false;
+    const bool slips = at.slip > 0;
+    const double rough = whole * (slips ? p.friction * at.normal / speed : 1 / contact.creep);
+    const Vector3d n = eigen(p.n), t = slips ? Vector3d(eigen(u_t) / speed) : Vector3d(Vector3d::Zero());
+    const Vector3d along = n - p.friction * t;
+    S = (contact.slope / at.stretch) * along * along.transpose() -
+        rough * (n * n.transpose() + t * t.transpose() + eigen(back) * eigen(back).transpose());
+    S.diagonal().array() += rough;
+    return true;
   }
 
   void apply(const Plane& p, int i, const Vec3& r, double share, Vector& left) {
@@ -523,7 +598,10 @@ class StepEquations {
     }
   }
 
-  [[nodiscard]] double viscosity(const Plane& p) const { return p.friction * p.push / model_.stick_velocity; }
+  [[nodiscard]] double viscosity(const Plane& p) const {
+    const double bound = p.friction * p.push;
+    return bound / stick_velocity(p, bound);
+  }
 
   const SystemModel& model_;
   const DeviceState& device_;
@@ -532,6 +610,8 @@ class StepEquations {
   std::span<Plane> planes_;
   const SoftPatch* patch_;
   bool massless_;
+  bool lifts_ = std::any_of(planes_.begin(), planes_.end(), [](const Plane& p) { return p.lift > 0; });
+  bool carries_ = std::any_of(planes_.begin(), planes_.end(), [](const Plane& p) { return p.inertia > 0; });
   double k_t_, k_r_, b_t_, b_r_;  // k times h
   Vector3d turn_ = model_.body[0].rotates ? eigen(to_rotation_vector(device_.X_WD.R * inverse(bodies_.X_WB[0].R)))
                                           : Vector3d(Vector3d::Zero());

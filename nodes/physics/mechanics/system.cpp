@@ -19,7 +19,17 @@ bool usable(const ContactPlanes& contacts, std::size_t i, int bodies) {
   // A comparison with NaN is false.
   return paired && is_finite(c.p_TC) && is_finite(c.n_W) && std::isfinite(c.distance) && c.weight >= 0 &&
          c.stiffness >= 0 && c.damping >= 0 && c.friction >= 0 && std::isfinite(c.weight * c.stiffness) &&
-         std::isfinite(c.weight * c.damping) && std::isfinite(c.friction);
+         std::isfinite(c.weight * c.damping) && std::isfinite(c.friction) && c.inertia >= 0 && c.creep >= 0 &&
+         c.lift >= 0 && c.lift <= 1 && std::isfinite(c.weight * c.inertia) && std::isfinite(c.creep);
+}
+
+Vec3 relative_velocity(const BodyStates& bodies, const ContactPair& pair, const Vec3& p_W) {
+  const auto velocity = [&](std::int32_t i) {
+    if (i == ContactPair::fixed) return Vec3{};
+    const auto body = static_cast<std::size_t>(i);
+    return bodies.V_WB[body].v + cross(bodies.V_WB[body].w, p_W - bodies.X_WB[body].p);
+  };
+  return velocity(pair.body) - velocity(pair.other);
 }
 
 PlaneNow plane_now(const ContactPlanes& contacts, std::size_t i, std::span<const Pose> X_WB) {

@@ -49,8 +49,12 @@ struct PlaneNow {
   double distance = 0;  ///< m, negative where they overlap
 };
 
-/// True where plane i is finite, of no negative stiffness, damping or friction, and between bodies that there are.
+/// True where plane i is finite, of no negative number in its law and a lift of 1 at most, and between bodies that
+/// there are.
 bool usable(const ContactPlanes& contacts, std::size_t i, int bodies);
+
+/// m/s, of the pair's moving body at the point p_W, m, as the other one sees it. Both must be there.
+Vec3 relative_velocity(const BodyStates& bodies, const ContactPair& pair, const Vec3& p_W);
 
 /// Plane i, which must be usable, at the poses `X_WB` of the moving bodies:
 ///   distance = distance_query + n . (p - p_S),
