@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/view/server/foxglove_text.hpp"
-#include "app/view/server/request_rules.hpp"
+#include "app/web/request_rules.hpp"
 #include "require.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "app/view/server/client_text.hpp"
-#include "app/view/server/request_rules.hpp"
+#include "app/web/request_rules.hpp"
 #include "require.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -19,7 +19,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzz::require(message->parameter.size() <= 256 && message->value.size() <= 256, "texts are short");
   }
   if (is_own_host(text)) fuzz::require(text.size() <= 15, "a host of this machine is short");
-  if (const auto token = offered_token(text)) {
+  if (const auto token = offered_token(text, "tactor.view")) {
     fuzz::require(
         text.find(*token) != std::string_view::npos && !same_secret(*token, "0123456789abcdef0123456789abcdef"),
         "a token is what was offered");

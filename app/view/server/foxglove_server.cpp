@@ -21,10 +21,11 @@
 #include "app/view/foxglove/foxglove_messages.hpp"
 #include "app/view/samples.hpp"
 #include "app/view/server/foxglove_text.hpp"
-#include "app/view/server/listener.hpp"
 #include "app/view/server/request_meter.hpp"
-#include "app/view/server/request_rules.hpp"
 #include "app/view/server/viewer_queue.hpp"
+#include "app/web/listener.hpp"
+#include "app/web/request_rules.hpp"
+#include "app/web/upgrade.hpp"
 #include "framework/core/shell_word.hpp"
 #include "framework/realtime/make_thread.hpp"
 
@@ -123,7 +124,7 @@ class Viewer : public std::enable_shared_from_this<Viewer> {
   asio::steady_timer timer_;
   beast::flat_buffer buffer_;
   http::request_parser<http::empty_body> parser_;
-  http::response<http::string_body> refusal_;
+  TextResponse refusal_;
   RequestMeter meter_{std::chrono::steady_clock::now()};
   std::map<std::size_t, std::uint32_t> subscriptions_;  // by channel, of which a viewer may have one each
   std::set<std::size_t> greeted_;                       // channels whose first messages were sent
@@ -356,21 +357,17 @@ void Viewer::accept() {
 
 void Viewer::answer() {
   const auto& request = parser_.get();
-  const auto text = [&request](http::field field) {
-    const auto value = request[field];
-    return std::string_view(value.data(), value.size());
-  };
-  const std::string_view host = text(http::field::host);
+  const std::string_view host = field_of(request, http::field::host);
   if (request.count(http::field::host) != 1 || !is_own_host(host)) {
     return refuse(http::status::misdirected_request, "this server answers only to localhost and 127.0.0.1");
   }
-  if (request.count(http::field::origin) > 1 || !hub_.is_allowed(text(http::field::origin), host)) {
+  if (request.count(http::field::origin) > 1 || !hub_.is_allowed(field_of(request, http::field::origin), host)) {
     return refuse(http::status::forbidden, "the page has another origin; --allow-origin ORIGIN lets it in");
   }
   if (!websocket::is_upgrade(request)) {
     return refuse(http::status::upgrade_required, "this server speaks the Foxglove WebSocket protocol alone");
   }
-  if (!offered_protocol(text(http::field::sec_websocket_protocol), protocols)) {
+  if (!offered_protocol(field_of(request, http::field::sec_websocket_protocol), protocols)) {
     return refuse(http::status::bad_request, "expected the protocol foxglove.sdk.v1 or foxglove.websocket.v1");
   }
   if (!hub_.has_room()) return refuse(http::status::service_unavailable, "8 viewers are connected already");
@@ -379,31 +376,16 @@ void Viewer::answer() {
 }
 
 void Viewer::refuse(http::status status, const std::string& why) {
-  refusal_ = {status, 11};
-  refusal_.set(http::field::server, "tactor");
-  refusal_.set(http::field::content_type, "text/plain; charset=utf-8");
-  refusal_.body() = why + "\n";
-  refusal_.keep_alive(false);
-  refusal_.prepare_payload();
+  refusal_ = refusal_of(status, why);
   http::async_write(stream_.next_layer(), refusal_,
                     [self = shared_from_this()](error_code, std::size_t) { self->end(); });
 }
 
 void Viewer::upgrade() {
-  const auto field = parser_.get()[http::field::sec_websocket_protocol];
-  const auto offered = offered_protocol({field.data(), field.size()}, protocols);
+  const auto offered = offered_protocol(field_of(parser_.get(), http::field::sec_websocket_protocol), protocols);
   beast::get_lowest_layer(stream_).expires_never();
-  websocket::stream_base::timeout timeout{};
-  timeout.handshake_timeout = handshake_timeout;
-  timeout.idle_timeout = websocket::stream_base::none();
-  stream_.set_option(timeout);
-  stream_.set_option(
-      websocket::stream_base::decorator([chosen = std::string(*offered)](websocket::response_type& response) {
-        response.set(http::field::server, "tactor");
-        response.set(http::field::sec_websocket_protocol, chosen);
-      }));
+  set_up(stream_, *offered, handshake_timeout);
   stream_.read_message_max(request_limit);
-  stream_.auto_fragment(false);
   stream_.async_accept(parser_.get(), [self = shared_from_this()](error_code error) {
     if (error) return self->end();
     self->buffer_.clear();

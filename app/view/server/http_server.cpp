@@ -21,8 +21,9 @@
 #include "app/view/server/client_text.hpp"
 #include "app/view/server/foxglove_server.hpp"
 #include "app/view/server/frame_queue.hpp"
-#include "app/view/server/listener.hpp"
-#include "app/view/server/request_rules.hpp"
+#include "app/web/listener.hpp"
+#include "app/web/request_rules.hpp"
+#include "app/web/upgrade.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -39,6 +40,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using SteadyTime = std::chrono::steady_clock::time_point;
 
+constexpr std::string_view protocol = "tactor.view";
 constexpr std::uint32_t header_limit = 8 * 1024;  // bytes, of a request
 constexpr std::size_t message_limit = 4 * 1024;   // bytes, from a page
 constexpr seconds request_timeout{10};
@@ -282,16 +284,8 @@ class Server final : public ViewServer {
 Page::Page(Server& server, ClientId id, tcp::socket socket) : server_(server), id_(id), stream_(std::move(socket)) {}
 
 void Page::accept(const http::request<http::empty_body>& request) {
-  websocket::stream_base::timeout timeout{};
-  timeout.handshake_timeout = request_timeout;
-  timeout.idle_timeout = websocket::stream_base::none();
-  stream_.set_option(timeout);
-  stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
-    response.set(http::field::server, "tactor");
-    response.set(http::field::sec_websocket_protocol, "tactor.view");
-  }));
+  set_up(stream_, protocol, request_timeout);
   stream_.read_message_max(message_limit);
-  stream_.auto_fragment(false);
   stream_.async_accept(request, [self = shared_from_this()](error_code error) {
     if (error) return self->end();
     self->open_ = true;
@@ -421,15 +415,14 @@ void Connection::read() {
 }
 
 void Connection::answer(const http::request<http::empty_body>& request) {
-  const auto text = [](const auto& field) { return std::string_view(field.data(), field.size()); };
-  if (request.count(http::field::host) != 1 || !is_own_host(text(request[http::field::host]))) {
+  if (request.count(http::field::host) != 1 || !is_own_host(field_of(request, http::field::host))) {
     return refuse(http::status::misdirected_request, "this server answers only to localhost and 127.0.0.1");
   }
   if (websocket::is_upgrade(request)) return open_page(request);
   if (request.method() != http::verb::get && request.method() != http::verb::head) {
     return refuse(http::status::method_not_allowed, "the view serves only files");
   }
-  const std::string_view target = text(request.target());
+  const std::string_view target(request.target().data(), request.target().size());
   for (const ViewFile& file : view_files()) {
     if (target == file.path) return give(request, file);
   }
@@ -437,18 +430,14 @@ void Connection::answer(const http::request<http::empty_body>& request) {
 }
 
 void Connection::open_page(const http::request<http::empty_body>& request) {
-  const auto text = [&request](auto field) {
-    const auto value = request[field];
-    return std::string_view(value.data(), value.size());
-  };
   const auto target = request.target();
   if (std::string_view(target.data(), target.size()) != "/stream") {
     return refuse(http::status::not_found, "there is no such stream");
   }
-  if (!is_same_origin(text(http::field::origin), text(http::field::host))) {
+  if (!is_same_origin(field_of(request, http::field::origin), field_of(request, http::field::host))) {
     return refuse(http::status::forbidden, "the page has another origin");
   }
-  const auto token = offered_token(text(http::field::sec_websocket_protocol));
+  const auto token = offered_token(field_of(request, http::field::sec_websocket_protocol), protocol);
   if (!token || !same_secret(*token, server_.token)) {
     return refuse(http::status::unauthorized, "the token is missing or wrong: open the address that tactor printed");
   }
@@ -472,11 +461,7 @@ void Connection::give(const http::request<http::empty_body>& request, const View
 }
 
 void Connection::refuse(http::status status, const std::string& why) {
-  http::response<http::string_body> response{status, 11};
-  response.set(http::field::content_type, "text/plain; charset=utf-8");
-  response.body() = why + "\n";
-  response.keep_alive(false);
-  respond(std::move(response));
+  respond(refusal_of(status, why));
 }
 
 void Connection::respond(http::response<http::string_body> response) {

@@ -1,5 +1,5 @@
 // Who may connect.
-#include "app/view/server/request_rules.hpp"
+#include "app/web/request_rules.hpp"
 
 #include <array>
 #include <boost/test/unit_test.hpp>
@@ -20,6 +20,15 @@ BOOST_AUTO_TEST_CASE(only_names_of_this_machine_are_its_own) {
   }
 }
 
+BOOST_AUTO_TEST_CASE(an_address_is_no_name) {
+  for (const char* host : {"10.0.0.7", "10.0.0.7:80", "127.0.0.1"}) BOOST_TEST(is_numeric_host(host));
+  for (const char* host : {"", "localhost", "10.0.0", "10.0.0.7.example.org", "10.0.0.7:", "[::1]:80", "10.0.0.256"}) {
+    BOOST_TEST_CONTEXT(host) {
+      BOOST_TEST(!is_numeric_host(host));
+    }
+  }
+}
+
 BOOST_AUTO_TEST_CASE(the_origin_is_the_host_with_its_port) {
   BOOST_TEST(is_same_origin("http://127.0.0.1:8080", "127.0.0.1:8080"));
   for (const char* origin : {"", "null", "http://127.0.0.1", "http://127.0.0.1:8081", "http://localhost:8080",
@@ -31,13 +40,13 @@ BOOST_AUTO_TEST_CASE(the_origin_is_the_host_with_its_port) {
 }
 
 BOOST_AUTO_TEST_CASE(the_token_is_among_the_subprotocols) {
-  BOOST_TEST(offered_token("tactor.view, token.abc").value() == "abc");
-  BOOST_TEST(offered_token("token.abc,tactor.view").value() == "abc");
-  BOOST_TEST(offered_token("  tactor.view ,  token.abc  ").value() == "abc");
+  BOOST_TEST(offered_token("tactor.view, token.abc", "tactor.view").value() == "abc");
+  BOOST_TEST(offered_token("token.abc,tactor.view", "tactor.view").value() == "abc");
+  BOOST_TEST(offered_token("  tactor.view ,  token.abc  ", "tactor.view").value() == "abc");
   for (const char* offers :
        {"", ",", "tactor.view", "token.abc", "tactor.viewer, token.abc", "tactor.view, tokenabc"}) {
     BOOST_TEST_CONTEXT(offers) {
-      BOOST_TEST(!offered_token(offers).has_value());
+      BOOST_TEST(!offered_token(offers, "tactor.view").has_value());
     }
   }
 }

@@ -1,4 +1,4 @@
-// Takes connections on a port of 127.0.0.1, for the servers of the view.
+// Takes connections on a port, for the servers of the command.
 #pragma once
 
 // Asio of Boost 1.74 lacks it under C++20.
@@ -20,9 +20,13 @@ class Listener {
   /// After a connection that the system refused. Whoever waits goes on waiting, which must not keep the thread busy.
   static constexpr std::chrono::milliseconds accept_again{100};
 
-  /// Listens; `io` outlives the listener. Throws InputError, which begins with `server` and names `option`, where the
-  /// port is taken or refused.
-  Listener(boost::asio::io_context& io, std::uint16_t port, const std::string& server, const std::string& option);
+  /// Listens at `at`; `io` outlives the listener. Throws InputError, which begins with `server` and names `option`,
+  /// where the port is taken or refused.
+  Listener(boost::asio::io_context& io, const boost::asio::ip::tcp::endpoint& at, const std::string& server,
+           const std::string& option);
+  /// The same on this machine alone, at 127.0.0.1.
+  Listener(boost::asio::io_context& io, std::uint16_t port, const std::string& server, const std::string& option)
+      : Listener(io, {boost::asio::ip::address_v4::loopback(), port}, server, option) {}
 
   [[nodiscard]] std::uint16_t port() const { return acceptor_.local_endpoint().port(); }
   /// Begins to take connections, each by `taken`, on the thread of `io`. The first that the system refuses, for want of

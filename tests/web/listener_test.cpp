@@ -1,5 +1,5 @@
 // A listener that gets no descriptors waits and tells it once, and goes on when there are some.
-#include "app/view/server/listener.hpp"
+#include "app/web/listener.hpp"
 
 #include <fcntl.h>
 #include <sys/resource.h>

@@ -1,5 +1,6 @@
-#include "app/view/server/request_rules.hpp"
+#include "app/web/request_rules.hpp"
 
+#include <arpa/inet.h>
 #include <sys/random.h>
 
 #include <algorithm>
@@ -27,16 +28,27 @@ std::vector<std::string_view> offers_in(std::string_view list) {
   return offers;
 }
 
+/// What stands before the port, or all where there is none; nothing where the port is no number.
+std::optional<std::string_view> name_of_host(std::string_view host) {
+  const std::size_t colon = host.find(':');
+  if (colon == std::string_view::npos) return host;
+  const std::string_view port = host.substr(colon + 1);
+  const bool is_port = !port.empty() && port.size() <= 5 &&
+                       std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; });
+  return is_port ? std::optional(host.substr(0, colon)) : std::nullopt;
+}
+
 }  // namespace
 
 bool is_own_host(std::string_view host) {
-  const std::size_t colon = host.find(':');
-  const std::string_view name = host.substr(0, colon);
-  const std::string_view port = colon == std::string_view::npos ? "" : host.substr(colon + 1);
-  const bool is_port = colon == std::string_view::npos ||
-                       (!port.empty() && port.size() <= 5 &&
-                        std::all_of(port.begin(), port.end(), [](char c) { return c >= '0' && c <= '9'; }));
-  return is_port && (name == "localhost" || name == "127.0.0.1");
+  const std::optional<std::string_view> name = name_of_host(host);
+  return name == "localhost" || name == "127.0.0.1";
+}
+
+bool is_numeric_host(std::string_view host) {
+  const std::optional<std::string_view> name = name_of_host(host);
+  in_addr address{};
+  return name && inet_pton(AF_INET, std::string(*name).c_str(), &address) == 1;
 }
 
 bool is_same_origin(std::string_view origin, std::string_view host) {
@@ -53,15 +65,15 @@ std::optional<std::string_view> offered_protocol(std::string_view subprotocols,
   return std::nullopt;
 }
 
-std::optional<std::string_view> offered_token(std::string_view subprotocols) {
+std::optional<std::string_view> offered_token(std::string_view subprotocols, std::string_view protocol) {
   constexpr std::string_view prefix = "token.";
   std::optional<std::string_view> token;
-  bool is_view = false;
+  bool is_known = false;
   for (const std::string_view offer : offers_in(subprotocols)) {
-    if (offer == "tactor.view") is_view = true;
+    if (offer == protocol) is_known = true;
     if (offer.substr(0, prefix.size()) == prefix && !token) token = offer.substr(prefix.size());
   }
-  return is_view ? token : std::nullopt;
+  return is_known ? token : std::nullopt;
 }
 
 bool same_secret(std::string_view a, std::string_view b) {
@@ -76,7 +88,7 @@ bool same_secret(std::string_view a, std::string_view b) {
 std::string make_token() {
   std::array<unsigned char, 16> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
-    throw RunError("the system gives no random numbers for the token of the view");
+    throw RunError("the system gives no random numbers for a token");
   }
   constexpr std::string_view digits = "0123456789abcdef";
   std::string token;

@@ -1,4 +1,4 @@
-#include "app/view/server/listener.hpp"
+#include "app/web/listener.hpp"
 
 #include "framework/core/check.hpp"
 
@@ -8,17 +8,16 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-Listener::Listener(asio::io_context& io, std::uint16_t port, const std::string& server, const std::string& option)
+Listener::Listener(asio::io_context& io, const tcp::endpoint& at, const std::string& server, const std::string& option)
     : io_(io), acceptor_(io), timer_(io), server_(server) {
-  const tcp::endpoint at(asio::ip::address_v4::loopback(), port);
   error_code error;
   acceptor_.open(at.protocol(), error);
   if (!error) acceptor_.set_option(asio::socket_base::reuse_address(true), error);
   if (!error) acceptor_.bind(at, error);
   if (!error) acceptor_.listen(asio::socket_base::max_listen_connections, error);
   if (error) {
-    throw InputError(server + " cannot listen on port " + std::to_string(port) + " of 127.0.0.1: " + error.message() +
-                     "; choose another with " + option);
+    throw InputError(server + " cannot listen on port " + std::to_string(at.port()) + " of " +
+                     at.address().to_string() + ": " + error.message() + "; choose another with " + option);
   }
 }
 
