@@ -45,8 +45,12 @@ BridgeError named_field(const std::string& message) {
 
 }  // namespace
 
-BridgeRun::BridgeRun(BridgeServer& server, Session& session)
-    : server_(server), session_(session), loop_(session), is_virtual_(session.plan().graph.clock == Clock::virtual_) {}
+BridgeRun::BridgeRun(BridgeServer& server, Session& session, BridgeFigures& figures)
+    : server_(server),
+      session_(session),
+      figures_(figures),
+      loop_(session),
+      is_virtual_(session.plan().graph.clock == Clock::virtual_) {}
 
 void BridgeRun::attend() {
   const Instant until = MonotonicClock::now() + patience;

@@ -29,12 +29,11 @@ struct BridgeFigures {
 /// the run stands still until the step is answered or refused, so that it has the same bytes however long that takes.
 class BridgeRun {
  public:
-  /// The server and the session outlive it. Throws as PhysicsLoop does.
-  BridgeRun(BridgeServer& server, Session& session);
+  /// All outlive it. Throws as PhysicsLoop does.
+  BridgeRun(BridgeServer& server, Session& session, BridgeFigures& figures);
 
   /// Exchanges steps and results for 20 ms of wall time, or until the session has ended.
   void attend();
-  [[nodiscard]] const BridgeFigures& figures() const { return figures_; }
 
  private:
   struct Open {
@@ -53,6 +52,7 @@ class BridgeRun {
 
   BridgeServer& server_;
   Session& session_;
+  BridgeFigures& figures_;
   PhysicsLoop loop_;
   const bool is_virtual_;
   BridgeClient client_ = 0;   // 0: none
@@ -60,7 +60,6 @@ class BridgeRun {
   bool greeted_ = false;      // the client
   bool fresh_ = false;        // the client computes its first step
   std::optional<Open> open_;  // waits for its result
-  BridgeFigures figures_;
   std::unique_ptr<ContactSet> contacts_ = std::make_unique<ContactSet>();
   BodyStates bodies_;
 };

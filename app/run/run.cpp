@@ -280,10 +280,11 @@ void start(Session& session, std::unique_ptr<Recorder>& recorder, const RunOptio
   }
 }
 
-/// Runs a session to its end; between its slices watcher, trace and progress have their turn.
-void run_to_end(Session& session, Follower* follower, std::unique_ptr<Recorder>& recorder, Traced& traced,
-                const RunOptions& options, RunResult& result) {
-  constexpr Duration slice{20'000'000};
+/// Runs a session to its end, by `drive` where that is not empty; between its slices watcher, trace and progress have
+/// their turn.
+void run_to_end(Session& session, const std::function<void()>& drive, Follower* follower,
+                std::unique_ptr<Recorder>& recorder, Traced& traced, const RunOptions& options, RunResult& result) {
+  const Duration slice{drive ? 0 : 20'000'000};
   Watched watched(options.watcher, session, follower, result);
   Question question(session, follower, options);
   if (follower != nullptr) follower->start();
@@ -291,6 +292,7 @@ void run_to_end(Session& session, Follower* follower, std::unique_ptr<Recorder>&
   start(session, recorder, options);
   attempt(result, [&] {
     session.run(slice, [&] {
+      if (drive) drive();
       traced.attend();
       watched.attend();
       question.attend(result);
@@ -307,7 +309,8 @@ void execute(const Plan& plan, const RunOptions& options, const std::optional<Re
                                     .without_dead_man = options.without_dead_man},
                          .keeps_tables = options.keeps_tables});
   pass_notes(session.nodes(), options);
-  // It may be refused, so that nothing has been written yet.
+  // Both may be refused, so that nothing has been written yet.
+  const std::function<void()> drive = options.driver ? options.driver(session) : nullptr;
   std::unique_ptr<Follower> follower;
   if (options.follow != nullptr) follower = std::make_unique<Follower>(session, *options.follow);
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
@@ -316,7 +319,7 @@ void execute(const Plan& plan, const RunOptions& options, const std::optional<Re
   Traced traced(session, options);
   const Duration cpu = session.cpu_time();
   const double wall = clock_seconds(CLOCK_MONOTONIC);
-  run_to_end(session, follower.get(), recorder, traced, options, result);
+  run_to_end(session, drive, follower.get(), recorder, traced, options, result);
   result.cpu_s = (session.cpu_time() - cpu).seconds();
   result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
   // A recording that has failed is left as the last flush has it.

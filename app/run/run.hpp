@@ -135,6 +135,9 @@ struct RunOptions {
   Registry* follow = nullptr;
   /// Not null: looks at the run, which under the virtual clock then takes as long as it lasts.
   RunWatcher* watcher = nullptr;
+  /// Not empty: makes, before the session starts, the function that advances it. That is called again and again until
+  /// the session ends, and takes about 20 ms each time.
+  std::function<std::function<void()>(Session&)> driver;
   /// Called with the session before it starts, for taps.
   std::function<void(Session&)> before_start;
   /// Ends a run. If its clock is real, it is asked on another thread, about fifty times a second.

@@ -1,31 +1,18 @@
 // `tactor run`: one graph, once.
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
-
-#include <cstdio>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "app/confirmation.hpp"
 #include "app/interruption.hpp"
-#include "app/output.hpp"
-#include "app/progress_bar.hpp"
-#include "app/report/run_report.hpp"
 #include "app/results_folder.hpp"
 #include "app/run/cost_traces.hpp"
-#include "app/run/headline.hpp"
-#include "app/run/live.hpp"
-#include "app/run/live_view.hpp"
 #include "app/run/run.hpp"
-#include "app/run/summary.hpp"
-#include "app/terminal.hpp"
 #include "app/verbs/graph_options.hpp"
 #include "app/verbs/page_options.hpp"
+#include "app/verbs/run_into_folder.hpp"
 #include "app/verbs/value_types.hpp"
 #include "app/verbs/verbs.hpp"
 #include "app/view/run_view.hpp"
-#include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/node/registry.hpp"
 
@@ -48,45 +35,16 @@ struct RunArguments {
   PageOptions page;
 };
 
-void write_results(const fs::path& folder, const Plan& plan, const RunResult& result, bool all) {
-  write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
-  write_file(folder / "graph.yaml", result.graph_yaml);
-  if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
-  write_file(folder / "report.html", run_report(result, &plan.graph.scene));
-  // Last, because the terminal may have been closed.
-  const std::size_t columns = terminal_columns();
-  fmt::print("{}", headline_text(result, (folder / "report.html").string(), all, columns));
-  if (all && !result.blind) fmt::print("{}", summary_table(result, columns));
-}
-
 int run_graph(const RunArguments& arguments) {
   Registry registry(default_node_folders());
   const Plan plan = make_plan(load(arguments.graph, registry, arguments.options));
   const ResultsFolder results(fs::path("out") / plan.graph.name, arguments.results);
   results.refuse_to_replace(plan.graph.file);
-  const fs::path& folder = results.path();
   std::optional<CostTraces> costs;
   if (arguments.costs) costs.emplace(*arguments.costs, plan);
   RunOptions run_options;
   run_options.keeps_step_times = costs.has_value();
-  run_options.recording = folder / "recording.h5";
-  run_options.keeps_tables = true;
-  run_options.traces = true;
-  run_options.cache_folder = default_cache_folder();
   run_options.without_dead_man = ask_without_dead_man(arguments.no_dead_man);
-  run_options.note = tell_note;
-  run_options.before_writing = [&results] { results.clear(); };
-  ProgressBar bar;
-  run_options.progress = [&bar](double share, const char* what) {
-    bar.draw(share, what);
-    return !is_interrupted();
-  };
-  LiveView view(plan);
-  run_options.live_progress = [&view](const LiveLook& look) {
-    view.draw(look);
-    return true;
-  };
-  run_options.stop_asked = is_interrupted;
   run_options.reference_recording = arguments.reference;
   if (arguments.follow) {
     if (plan.graph.clock != Clock::real) {
@@ -103,26 +61,9 @@ int run_graph(const RunArguments& arguments) {
         is_interrupted);
     run_options.watcher = shown.get();
   }
-  if (plan.graph.clock == Clock::real) ramp_down_on_signals();
-  const RunResult result = execute(plan, run_options);
-  view.clear();
-  bar.clear();
-  if (result.failure) tell_note(*result.failure);
-  if (result.abandoned) {
-    // A step that never came back still runs on its thread: nothing may be cleaned up under it.
-    try {
-      write_results(folder, plan, result, arguments.all);
-    } catch (const std::exception& error) {
-      tell_note(error.what());
-    }
-    std::fflush(nullptr);
-    std::_Exit(1);
-  }
-  write_results(folder, plan, result, arguments.all);
+  const RunResult result = run_into_folder(plan, results, run_options, arguments.all);
   if (costs) costs->write(result);
-  // A live run that is asked to end has ended as it should.
-  const bool ended_early = result.interrupted || result.reference_interrupted;
-  return result.failure || (ended_early && !result.live) ? 1 : 0;
+  return exit_code_of(result);
 }
 
 }  // namespace

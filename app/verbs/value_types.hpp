@@ -16,6 +16,7 @@ inline constexpr const char* file = "FILE";
 inline constexpr const char* folder = "FOLDER";
 inline constexpr const char* name = "NAME";
 inline constexpr const char* port = "PORT";
-inline constexpr const char* origin = "ORIGIN";  ///< of a web page: `https://app.foxglove.dev`
+inline constexpr const char* address = "ADDRESS";  ///< an IPv4 address
+inline constexpr const char* origin = "ORIGIN";    ///< of a web page: `https://app.foxglove.dev`
 
 }  // namespace tactor::value_type
