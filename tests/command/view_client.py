@@ -1,5 +1,4 @@
-"""A page of the view without a browser: a WebSocket over a raw socket, and the decoding of its frames."""
-import base64
+"""A page of the view without a browser: the decoding of its frames."""
 import json
 import os
 import re
@@ -8,64 +7,20 @@ import struct
 import subprocess
 import time
 
-
-def request(port, lines, timeout=15):
-    """Sends the lines of a request as they are; the socket."""
-    connection = socket.create_connection(("127.0.0.1", port), timeout=timeout)
-    connection.sendall("\r\n".join(lines + ["", ""]).encode())
-    return connection
-
-
-def read_head(connection):
-    """The head of a response: its status and its text."""
-    data = b""
-    while b"\r\n\r\n" not in data:
-        more = connection.recv(1)
-        if not more:
-            break
-        data += more
-    head = data.decode("latin-1")
-    return (int(head.split()[1]) if head else None), head
+from websocket_client import Closed, WebSocketClient, read_head, request, upgrade_request  # noqa: F401
 
 
 def upgrade_lines(port, token, host=None, origin=None, protocols=None):
     host = f"127.0.0.1:{port}" if host is None else host
-    lines = ["GET /stream HTTP/1.1", f"Host: {host}", "Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
-             "Sec-WebSocket-Key: " + base64.b64encode(os.urandom(16)).decode()]
-    origin = f"http://{host}" if origin is None else origin
-    if origin:
-        lines.append(f"Origin: {origin}")
-    protocols = f"tactor.view, token.{token}" if protocols is None else protocols
-    if protocols:
-        lines.append(f"Sec-WebSocket-Protocol: {protocols}")
-    return lines
+    return upgrade_request("/stream", host, f"tactor.view, token.{token}" if protocols is None else protocols,
+                           f"http://{host}" if origin is None else origin)
 
 
-class Closed(Exception):
-    """The server closed the connection, with a code or without one."""
-
-    def __init__(self, code=None):
-        super().__init__(f"closed with {code}")
-        self.code = code
-
-
-class Page:
-    """A client that was let in. `receive_buffer`: a small one makes a client that does not read felt soon."""
+class Page(WebSocketClient):
+    """A page that was let in."""
 
     def __init__(self, port, token, receive_buffer=None):
-        self.connection = socket.socket()
-        if receive_buffer:
-            self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, receive_buffer)
-        # As browsers do it: what is small is sent at once.
-        self.connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self.connection.settimeout(15)
-        self.connection.connect(("127.0.0.1", port))
-        self.connection.sendall("\r\n".join(upgrade_lines(port, token) + ["", ""]).encode())
-        status, head = read_head(self.connection)
-        if status != 101:
-            raise Closed(status)
-        assert "tactor.view" in head, head
-        self.data = b""
+        super().__init__(port, upgrade_lines(port, token), "tactor.view", receive_buffer)
         self.hello = None
         self.texts = []
         self.meshes = []
@@ -74,42 +29,11 @@ class Page:
         self.sets = {}
         self.binary_bytes = 0
 
-    def send_frame(self, opcode, payload, final=True):
-        mask = os.urandom(4)
-        size = len(payload)
-        head = bytes([(0x80 if final else 0) | opcode])
-        head += bytes([0x80 | size]) if size < 126 else bytes([0x80 | 126]) + struct.pack(">H", size) if size < 65536 else \
-            bytes([0x80 | 127]) + struct.pack(">Q", size)
-        self.connection.sendall(head + mask + bytes(b ^ mask[i % 4] for i, b in enumerate(payload)))
-
     def say(self, **message):
         self.send_frame(1, json.dumps(message).encode())
 
     def cursor(self, p, held, q=(1, 0, 0, 0)):
         self.say(type="input", p=list(p), q=list(q), held=held)
-
-    def _need(self, size):
-        while len(self.data) < size:
-            more = self.connection.recv(65536)
-            if not more:
-                raise Closed()
-            self.data += more
-
-    def receive(self):
-        """The next message: its opcode and its bytes."""
-        self._need(2)
-        opcode, size, offset = self.data[0] & 15, self.data[1] & 127, 2
-        if size == 126:
-            self._need(4)
-            size, offset = struct.unpack(">H", self.data[2:4])[0], 4
-        elif size == 127:
-            self._need(10)
-            size, offset = struct.unpack(">Q", self.data[2:10])[0], 10
-        self._need(offset + size)
-        payload, self.data = self.data[offset:offset + size], self.data[offset + size:]
-        if opcode == 8:
-            raise Closed(struct.unpack(">H", payload[:2])[0] if len(payload) >= 2 else None)
-        return opcode, payload
 
     def take(self, acknowledge=True):
         """Takes in one message."""
@@ -193,9 +117,6 @@ class Page:
     def last(self, kind):
         found = [text for text in self.texts if text["type"] == kind]
         return found[-1] if found else None
-
-    def close(self):
-        self.connection.close()
 
 
 class View:
