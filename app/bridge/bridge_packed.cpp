@@ -194,14 +194,13 @@ class LayoutWriter {
   }
   template <class T>
   void operator()(const char* name, const std::optional<T>&) {
+    const std::size_t first = list_.size();
     (*this)(name, T{});
-    for (std::size_t i = listed_; i < list_.size(); ++i) list_[i]["given"] = optionals_;
-    listed_ = list_.size();
+    for (std::size_t i = first; i < list_.size(); ++i) list_[i]["given"] = optionals_;
     ++optionals_;
   }
   template <class Record>
   void operator()(const char* name, const std::vector<Record>&) {
-    listed_ = list_.size();
     add(name, "u64", 1);
   }
   template <class Record>
@@ -225,7 +224,6 @@ class LayoutWriter {
   Json list_ = Json::array();
   std::string path_;
   std::size_t offset_;
-  std::size_t listed_ = 0;  // fields before the optional one
   unsigned optionals_ = 0;
 };
 
