@@ -119,7 +119,9 @@ void serve(const std::string& url) {
     if (bridge.got_text()) continue;  // the greeting, and a step that came before our request
     Step step;
     if (message.size() != sizeof step) {
-      std::fprintf(stderr, "the bridge refused a result: %s\n", message.c_str() + 12);
+      std::uint32_t size = 0;  // of the text, behind which is the name of the field
+      std::memcpy(&size, message.data() + 4, sizeof size);
+      std::fprintf(stderr, "the bridge refused a result: %s\n", message.substr(12, size).c_str());
       continue;
     }
     std::memcpy(&step, message.data(), sizeof step);

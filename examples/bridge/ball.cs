@@ -98,8 +98,8 @@ static class Program {
       if (BitConverter.ToUInt32(message.Item1, 0) == 1) {
         await Send(bridge, ball.Step(message.Item1));
       } else {
-        Console.Error.WriteLine("the bridge refused a result: " +
-                                Encoding.UTF8.GetString(message.Item1, 12, message.Item1.Length - 12));
+        int size = BitConverter.ToInt32(message.Item1, 4);  // behind it is the name of the field
+        Console.Error.WriteLine("the bridge refused a result: " + Encoding.UTF8.GetString(message.Item1, 12, size));
       }
     }
   }

@@ -55,7 +55,10 @@ async def main(url):
         async for text in bridge:
             message = json.loads(text)
             if message["type"] == "step":
-                await bridge.send(json.dumps(ball.step(message)))
+                try:
+                    await bridge.send(json.dumps(ball.step(message)))
+                except websockets.ConnectionClosedOK:
+                    return  # the run is over
             elif message["type"] == "hello":
                 print(message["graph"], "at", message["rate"], "Hz")
             else:
