@@ -181,7 +181,7 @@ Record record_in(Bytes& bytes) {
   return record;
 }
 
-using Json = nlohmann::ordered_json;
+using LayoutJson = nlohmann::ordered_json;
 
 /// Lists the places of fields.
 class LayoutWriter {
@@ -213,7 +213,7 @@ class LayoutWriter {
   void or_default(const char* name, const T& value) {
     (*this)(name, value);
   }
-  [[nodiscard]] Json layout() && { return {{"bytes", offset_}, {"fields", std::move(list_)}}; }
+  [[nodiscard]] LayoutJson layout() && { return {{"bytes", offset_}, {"fields", std::move(list_)}}; }
 
  private:
   void add(const char* name, const char* type, std::size_t count) {
@@ -221,21 +221,21 @@ class LayoutWriter {
     offset_ += 8 * count;
   }
 
-  Json list_ = Json::array();
+  LayoutJson list_ = LayoutJson::array();
   std::string path_;
   std::size_t offset_;
   unsigned optionals_ = 0;
 };
 
 template <class Record>
-Json layout_of(std::size_t begin) {
+LayoutJson layout_of(std::size_t begin) {
   LayoutWriter writer(begin);
   const Record record{};
   fields(writer, record);
   return std::move(writer).layout();
 }
 
-Json layout_of_message(BridgeKind kind, Json layout) {
+LayoutJson layout_of_message(BridgeKind kind, LayoutJson layout) {
   layout["kind"] = static_cast<std::uint32_t>(kind);
   return layout;
 }
@@ -276,10 +276,10 @@ BridgeStep read_step_bytes(std::string_view message) {
 }
 
 std::string packed_layouts() {
-  const Json layouts{{"step", layout_of_message(BridgeKind::step, layout_of<BridgeStep>(head_bytes))},
-                     {"result", layout_of_message(BridgeKind::result, layout_of<BridgeResult>(head_bytes))},
-                     {"contact", layout_of<BridgeContact>(0)},
-                     {"body", layout_of<BridgeBody>(0)}};
+  const LayoutJson layouts{{"step", layout_of_message(BridgeKind::step, layout_of<BridgeStep>(head_bytes))},
+                           {"result", layout_of_message(BridgeKind::result, layout_of<BridgeResult>(head_bytes))},
+                           {"contact", layout_of<BridgeContact>(0)},
+                           {"body", layout_of<BridgeBody>(0)}};
   return layouts.dump();
 }
 

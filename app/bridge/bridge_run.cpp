@@ -12,11 +12,11 @@ namespace tactor {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
+using HelloJson = nlohmann::ordered_json;
 
 constexpr Duration patience{20'000'000};
 
-Json numbers(const Vec3& v) {
+HelloJson numbers(const Vec3& v) {
   return {v.x, v.y, v.z};
 }
 
@@ -25,8 +25,8 @@ BridgeFrame frame_of(const Message& message, bool packed) {
   return {packed ? to_bytes(message) : to_text(message), packed};
 }
 
-Json body_json(const Body& body) {
-  Json object{
+HelloJson body_json(const Body& body) {
+  HelloJson object{
       {"name", body.name}, {"mass", body.mass}, {"motion", body.motion == Motion::rigid ? "rigid" : "translation"}};
   if (body.inertia) object["inertia"] = numbers(*body.inertia);
   object["p_WB"] = numbers(body.X_WB.p);
@@ -58,10 +58,12 @@ void BridgeRun::attend() {
     const Duration left = until - MonotonicClock::now();
     if (left <= Duration{}) return;
     if (server_.client() != client_) meet(server_.client());
-    if (client_ != 0 && !open_) {
-      if (open_step(left)) send_open();
-    } else {
+    if (client_ == 0 || open_) {
       server_.serve(left);
+    } else if (open_step(left)) {
+      send_open();
+    } else {
+      server_.serve({});
     }
     if (const auto arrival = server_.take()) take(*arrival);
   }
@@ -161,21 +163,21 @@ std::string BridgeRun::hello() const {
   const Plan& plan = session_.plan();
   const Scene& scene = plan.graph.scene;
   const NodeSpec& node = loop_.node();
-  Json bodies = Json::array();
+  HelloJson bodies = HelloJson::array();
   for (const std::size_t index : scene.moving()) bodies.push_back(body_json(scene.bodies[index]));
-  Json hello{{"type", "hello"},
-             {"protocol", bridge_protocol},
-             {"version", TACTOR_VERSION},
-             {"graph", plan.graph.name},
-             {"clock", is_virtual_ ? "virtual" : "real"},
-             {"rate", std::get<double>(node.params[node.info->param("rate").value()])},
-             {"gravity", numbers(scene.gravity_W)},
-             {"tool", scene.tool() != nullptr ? Json(scene.tool()->name) : Json()},
-             {"bodies", std::move(bodies)},
-             {"coupling", loop_.has_coupling() ? Json::parse(to_text(open_->step.coupling)) : Json()}};
+  HelloJson hello{{"type", "hello"},
+                  {"protocol", bridge_protocol},
+                  {"version", TACTOR_VERSION},
+                  {"graph", plan.graph.name},
+                  {"clock", is_virtual_ ? "virtual" : "real"},
+                  {"rate", std::get<double>(node.params[node.info->param("rate").value()])},
+                  {"gravity", numbers(scene.gravity_W)},
+                  {"tool", scene.tool() != nullptr ? HelloJson(scene.tool()->name) : HelloJson()},
+                  {"bodies", std::move(bodies)},
+                  {"coupling", loop_.has_coupling() ? HelloJson::parse(to_text(open_->step.coupling)) : HelloJson()}};
   hello["limits"] = {{"frame", BridgeServer::frame_limit}, {"contacts", ContactSet::capacity}};
-  hello["layouts"] = Json::parse(packed_layouts());
-  return hello.dump(-1, ' ', false, Json::error_handler_t::replace);
+  hello["layouts"] = HelloJson::parse(packed_layouts());
+  return hello.dump(-1, ' ', false, HelloJson::error_handler_t::replace);
 }
 
 std::string bridge_text(const BridgeFigures& figures) {
@@ -188,11 +190,11 @@ std::string bridge_text(const BridgeFigures& figures) {
 }
 
 std::string bridge_json(const BridgeFigures& figures) {
-  Json object{{"steps", figures.steps},
-              {"results", figures.results},
-              {"refused", figures.refused},
-              {"clients", figures.clients}};
-  Json& latency = object["latency_us"] = Json::object();
+  HelloJson object{{"steps", figures.steps},
+                   {"results", figures.results},
+                   {"refused", figures.refused},
+                   {"clients", figures.clients}};
+  HelloJson& latency = object["latency_us"] = HelloJson::object();
   if (figures.latency.count() > 0) {
     for (const auto& [name, q] : {std::pair{"p50", 0.5}, {"p99", 0.99}, {"p99_9", 0.999}}) {
       latency[name] = figures.latency.quantile(q).microseconds();
