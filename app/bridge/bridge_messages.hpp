@@ -30,7 +30,7 @@ struct BridgeStep {
 
 /// A contact and who touches whom, as indices into the moving bodies.
 struct BridgeContact {
-  Contact contact;
+  Contact contact{.weight = 1};
   ContactPair pair;
 };
 
@@ -137,7 +137,7 @@ void fields(auto& v, IsRecord<BridgeContact> auto& c) {
   v("p_WC", c.contact.p_WC);
   v("n_W", c.contact.n_W);
   v("distance", c.contact.distance);
-  v("weight", c.contact.weight);
+  v.or_default("weight", c.contact.weight);
   v("stiffness", c.contact.stiffness);
   v("damping", c.contact.damping);
   v("friction", c.contact.friction);
@@ -147,15 +147,15 @@ void fields(auto& v, IsRecord<BridgeContact> auto& c) {
 }
 void fields(auto& v, IsRecord<BridgeTool> auto& tool) {
   v("p_WT", tool.X_WT.p);
-  v("R_WT", tool.X_WT.R);
+  v.or_default("R_WT", tool.X_WT.R);
   v("v_WT", tool.V_WT.v);
-  v("w_WT", tool.V_WT.w);
+  v.or_default("w_WT", tool.V_WT.w);
 }
 void fields(auto& v, IsRecord<BridgeBody> auto& body) {
   v("p_WB", body.X_WB.p);
-  v("R_WB", body.X_WB.R);
+  v.or_default("R_WB", body.X_WB.R);
   v("v_WB", body.V_WB.v);
-  v("w_WB", body.V_WB.w);
+  v.or_default("w_WB", body.V_WB.w);
 }
 void fields(auto& v, IsRecord<BridgeResult> auto& result) {
   v("id", result.id);

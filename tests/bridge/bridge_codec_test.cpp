@@ -164,8 +164,13 @@ BOOST_AUTO_TEST_CASE(a_refusal_of_a_text_names_the_field) {
   without["tool"].erase("v_WT");
   BOOST_TEST(refused_field(without) == "tool.v_WT");
   without = good;
-  without["contacts"][0].erase("other");
+  for (const char* name : {"H_W", "body", "other", "weight"}) without["contacts"][0].erase(name);
+  for (const char* name : {"R_WT", "w_WT"}) without["tool"].erase(name);
   BOOST_TEST(refused_field(without) == "nothing");
+  const BridgeResult read = result_in(read_client_message(without.dump()));
+  BOOST_TEST(read.contacts->front().contact.weight == 1.0);
+  BOOST_TEST(read.contacts->front().pair.other == ContactPair::fixed);
+  BOOST_TEST((read.tool->X_WT.R == Quat{}));
 }
 
 BOOST_AUTO_TEST_CASE(what_is_no_message_is_refused) {
