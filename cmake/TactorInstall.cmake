@@ -28,12 +28,12 @@ endfunction()
 
 tactor_install_component(framework tactor_framework tactor_portable_math)
 tactor_install_component(hardware tactor_device_files tactor_hardware)
-tactor_install_component(physics physics_mesh physics_geometry physics_contact physics_deformable physics_mechanics nodes_prediction)
+tactor_install_component(physics physics_mesh physics_geometry physics_contact physics_deformable physics_engine physics_mechanics nodes_prediction)
 
 # Headers keep their paths, so that code reads the same here and elsewhere. Those that show HDF5, CAF or CGAL stay here.
 foreach(folder framework nodes/physics nodes/prediction devices/hardware)
   install(DIRECTORY ${CMAKE_SOURCE_DIR}/${folder}/ DESTINATION ${TACTOR_HEADER_FOLDER}/${folder} COMPONENT dev
-          FILES_MATCHING PATTERN *.hpp PATTERN hdf5_* EXCLUDE PATTERN cgal EXCLUDE PATTERN meshing EXCLUDE PATTERN suitesparse EXCLUDE
+          FILES_MATCHING PATTERN *.hpp PATTERN hdf5_* EXCLUDE PATTERN cgal EXCLUDE PATTERN meshing EXCLUDE PATTERN suitesparse EXCLUDE PATTERN mujoco EXCLUDE
           REGEX "engine/live/(lane_.*|live_engine|realtime_lane)[.]hpp$" EXCLUDE)
 endforeach()
 install(FILES ${TACTOR_ABI_FOLDER}/tactor_abi.hpp DESTINATION ${TACTOR_HEADER_FOLDER} COMPONENT dev)

@@ -52,7 +52,8 @@ std::optional<std::string> text_of(const ParamValue& value, ParamKind kind) {
   if (kind == ParamKind::integer && integer != nullptr) return std::to_string(*integer);
   const auto* boolean = std::get_if<bool>(&value);
   if (kind == ParamKind::boolean && boolean != nullptr) return *boolean ? "true" : "false";
-  if (kind == ParamKind::choice && text != nullptr) return *text;
+  const bool is_text = kind == ParamKind::choice || kind == ParamKind::text || kind == ParamKind::file;
+  if (is_text && text != nullptr) return *text;
   return std::nullopt;
 }
 

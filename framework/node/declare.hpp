@@ -168,6 +168,11 @@ class Declare {
     declared(name).in_replay = std::move(value);
     return *this;
   }
+  /// Where a graph gives the parameter `name` no value, it has that of the graph's node of the role `role`.
+  Declare& as_in(std::string_view name, Role role) {
+    declared(name).as_in = role;
+    return *this;
+  }
   /// The parameter `name` has that meaning.
   Declare& means(std::string_view name, ParamMeaning meaning) {
     ParamInfo& param = declared(name);

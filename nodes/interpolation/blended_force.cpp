@@ -59,10 +59,11 @@ Vec3 CarriedForce::Foretold::rate(const Vec3& value, const Vec3& rate, double in
 }
 
 ForceState CarriedForce::at(Time now, const LocalRollout& rollout, const Twist& a_D) {
-  const PhysicsState state = rollout.state();
-  const CouplingParameters& coupling = rollout.model().coupling;
-  const Twist& a_T = rollout.acceleration();
-  const Time sampled = rollout.model().time;
+  return at(now, rollout.model().time, rollout.state(), rollout.model().coupling, rollout.acceleration(), a_D);
+}
+
+ForceState CarriedForce::at(Time now, Time sampled, const PhysicsState& state, const CouplingParameters& coupling,
+                            const Twist& a_T, const Twist& a_D) {
   ForceState aim{coupling_wrench(coupling, state, torque_), {}, {}};
   const double interval = (sampled - last_).seconds();
   if (interval > 0) {

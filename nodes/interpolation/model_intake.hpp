@@ -1,4 +1,4 @@
-// Which of the local models that come is in use, and why others are refused.
+// Which of the models that come to a rollout is in use, and why others are refused.
 #pragma once
 
 #include <cstdint>
@@ -15,20 +15,26 @@ class ModelIntake {
   [[nodiscard]] bool is_in_use(const Stamp& stamp) const { return running_ && stamp.sequence == used_.sequence; }
   /// The model is of an older result than the one in use, or of a sample that is later than `now`. The bodies may be
   /// brought on to a sample that has not arrived here yet.
-  [[nodiscard]] bool is_late(const Stamped<LocalModel>& model, Time now) const {
+  template <class Model>
+  [[nodiscard]] bool is_late(const Stamped<Model>& model, Time now) const {
     return (running_ && model.stamp.valid < used_.valid) || model.value.time > now;
   }
   [[nodiscard]] bool was_refused(const Stamp& stamp) const { return stamp.sequence == refused_sequence_; }
 
   /// `why`: the reason of LocalRollout, or none, or late.
   void refuse(const Stamped<LocalModel>& model, RefusalReason why) {
-    refused_sequence_ = model.stamp.sequence;
     if (why == RefusalReason::too_many) {
+      refused_sequence_ = model.stamp.sequence;
       refused_.count_too_many(model.value.contacts.count, LocalContacts::capacity);
     } else {
       // What the rollout would accept by itself does not go with the patch that it steps.
-      refused_.count(why == RefusalReason::none ? RefusalReason::another_scene : why);
+      refuse(model.stamp, why == RefusalReason::none ? RefusalReason::another_scene : why);
     }
+  }
+  /// A model that counts nothing.
+  void refuse(const Stamp& stamp, RefusalReason why) {
+    refused_sequence_ = stamp.sequence;
+    refused_.count(why);
   }
   /// Returns the interval since the result in use. Of the first one it is the age, which physics took to make it.
   Duration use(const Stamp& stamp, Time now) {

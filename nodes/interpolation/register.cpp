@@ -7,6 +7,7 @@
 #include "nodes/interpolation/hermite.hpp"
 #include "nodes/interpolation/linear.hpp"
 #include "nodes/interpolation/lowpass.hpp"
+#include "nodes/interpolation/mujoco.hpp"
 #include "nodes/interpolation/none.hpp"
 #include "nodes/interpolation/rollout.hpp"
 #include "nodes/interpolation/select.hpp"
@@ -17,6 +18,7 @@ TACTOR_NODES(registry) {
   registry.add<tactor::LowPass>();
   registry.add<tactor::BSpline>();
   registry.add<tactor::Rollout>();
+  registry.add<tactor::MujocoRollout>();
   registry.add<tactor::Direct>();
   registry.add<tactor::CatmullRom>();
   registry.add<tactor::HermiteCubic>();

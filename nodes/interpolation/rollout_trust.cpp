@@ -27,18 +27,22 @@ void RolloutTrust::note(Time time, const Vec3& p_WT, const Forces& forces) {
 }
 
 void RolloutTrust::learn(const Stamped<LocalModel>& result, Duration interval) {
-  note_interval(interval);
-  const std::optional<PastState> then = known_at(result.stamp.valid);
-  if (!then) return;
   const LocalModel& model = result.value;
   const std::optional<double> law = model.law_unknown != 0 ? std::nullopt : std::optional(model.law_error);
-  estimate_.take(result.stamp.valid, model.wrench_result.force, then->forces, law);
+  learn(result.stamp.valid, model.wrench_result.force, law, interval);
 }
 
-bool RolloutTrust::disagrees(const Stamped<LocalModel>& result) {
-  const std::optional<PastState> then = known_at(result.stamp.valid);
+void RolloutTrust::learn(Time valid, const Vec3& force, std::optional<double> law_error, Duration interval) {
+  note_interval(interval);
+  const std::optional<PastState> then = known_at(valid);
+  if (!then) return;
+  estimate_.take(valid, force, then->forces, law_error);
+}
+
+bool RolloutTrust::disagrees(Time valid, const Vec3& p_WT_result) {
+  const std::optional<PastState> then = known_at(valid);
   if (!then) return false;
-  const Vec3 apart = result.value.p_WT_result - then->p_WT;
+  const Vec3 apart = p_WT_result - then->p_WT;
   if (!(norm(apart) < options_.trust_distance)) {
     ++disagreements_;
     return true;
@@ -47,10 +51,10 @@ bool RolloutTrust::disagrees(const Stamped<LocalModel>& result) {
   if (!beyond || !apart_now_ || dot(apart, apart_) < 0.5 * dot(apart_, apart_)) {
     apart_now_ = beyond;
     apart_ = apart;
-    apart_since_ = result.stamp.valid;
+    apart_since_ = valid;
     return false;
   }
-  if (result.stamp.valid - apart_since_ < options_.patience) return false;
+  if (valid - apart_since_ < options_.patience) return false;
   ++disagreements_;
   return true;
 }

@@ -38,9 +38,13 @@ class RolloutTrust {
   void note(Time time, const Vec3& p_WT, const Forces& forces);
   /// Learns from a result that is used, `interval` after the one before.
   void learn(const Stamped<LocalModel>& result, Duration interval);
+  /// The same with the result's force, and with what of it the rollout's law does not explain, N; empty: not known.
+  void learn(Time valid, const Vec3& force, std::optional<double> law_error, Duration interval);
   /// Whether the result has its tool farther away than is trusted, or results have had it elsewhere, in about the same
   /// direction, for longer than the patience.
-  bool disagrees(const Stamped<LocalModel>& result);
+  bool disagrees(const Stamped<LocalModel>& result) { return disagrees(result.stamp.valid, result.value.p_WT_result); }
+  /// The same with the result's place of the tool, m.
+  bool disagrees(Time valid, const Vec3& p_WT_result);
   /// The tool went to where physics has it.
   void agree() { apart_now_ = false; }
 

@@ -6,6 +6,7 @@
 #include "nodes/prediction/linear_position.hpp"
 #include "nodes/prediction/local.hpp"
 #include "nodes/prediction/multirate.hpp"
+#include "nodes/prediction/mujoco.hpp"
 #include "nodes/prediction/refit.hpp"
 
 TACTOR_NODES(registry) {
@@ -17,4 +18,5 @@ TACTOR_NODES(registry) {
   registry.add<tactor::ArPredictor>();
   registry.add<tactor::Refitter>();
   registry.add<tactor::LocalPredictor>();
+  registry.add<tactor::MujocoPredictor>();
 }

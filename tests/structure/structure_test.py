@@ -95,6 +95,7 @@ class Includes(unittest.TestCase):
         self.assert_only(r"(hdf5|H5)", "framework/record")
         self.assert_only(r"CGAL/", "nodes/physics/cgal", "nodes/physics/meshing", "meshes")
         self.assert_only(r"(suitesparse/|cholmod)", "nodes/physics/suitesparse")
+        self.assert_only(r"mujoco/mujoco", "nodes/physics/mujoco")
         self.assert_only(r"yaml-cpp/", "framework/yaml")
         self.assert_only(r"sleef", "framework/math")
         self.assert_only(r"modbus", "devices/modbus")
@@ -157,6 +158,8 @@ class Includes(unittest.TestCase):
                                       "nodes/physics/contact"),
             "nodes/physics/deformable": ("framework/core", "framework/node", "nodes/physics/mesh", "nodes/physics/geometry",
                                          "nodes/physics/contact", "nodes/physics/mechanics", "nodes/physics/deformable"),
+            "nodes/physics/engine": ("framework/core", "framework/node", "nodes/physics/mechanics", "nodes/physics/engine"),
+            "nodes/physics/mujoco": ("framework/core", "framework/node/abi.hpp", "nodes/physics/engine", "nodes/physics/mujoco"),
             "nodes/physics/suitesparse": ("framework/core", "framework/node/abi.hpp", "nodes/physics/deformable", "nodes/physics/suitesparse"),
             "nodes/physics/cgal": ("framework/core", "framework/node/abi.hpp", "nodes/physics/mesh", "nodes/physics/geometry", "nodes/physics/cgal"),
             "nodes/physics/meshing": ("framework/core", "framework/node/abi.hpp", "nodes/physics/mesh", "nodes/physics/cgal",
@@ -169,10 +172,12 @@ class Includes(unittest.TestCase):
             "nodes/own_physics": ("framework/core", "framework/node", "nodes/own_physics"),
             "nodes/coupling": ("framework/core", "framework/node", "nodes/coupling", "nodes/physics/mechanics",
                                "nodes/physics/mesh"),
+            "nodes/own_physics": ("framework/core", "framework/node", "nodes/own_physics", "nodes/physics/engine",
+                                  "nodes/physics/mechanics"),
             "nodes/prediction": ("framework/core", "framework/node", "nodes/prediction", "nodes/physics/contact",
-                                 "nodes/physics/mechanics"),
+                                 "nodes/physics/engine", "nodes/physics/mechanics"),
             "nodes/interpolation": ("framework/core", "framework/node", "nodes/interpolation", "nodes/physics/contact",
-                                    "nodes/physics/geometry", "nodes/physics/mechanics"),
+                                    "nodes/physics/engine", "nodes/physics/geometry", "nodes/physics/mechanics"),
             "nodes/passivity": ("framework/core", "framework/node", "nodes/passivity"),
             # A field of forces samples the contacts of the scene, and keeps the device's track and bad samples out as
             # prediction does.

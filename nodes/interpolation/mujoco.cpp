@@ -1,0 +1,238 @@
+#include "nodes/interpolation/mujoco.hpp"
+
+#include <algorithm>
+
+#include "framework/core/value_error.hpp"
+#include "nodes/interpolation/not_finite.hpp"
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
+#include "nodes/physics/mechanics/scene_model.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// Samples of the handle that one tick goes through at most; of more some are left out.
+constexpr std::size_t most_samples = 4;
+
+/// How long a state is trusted, and when the scene goes to where physics has it.
+void declare_trust(Declare<MujocoRollout>& node) {
+  using Params = MujocoRollout::Params;
+  node.choice<Params::Restart>(
+          "restart", &Params::restart,
+          {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
+          Params::Restart::always,
+          "always: each result puts the scene back to where physics has it; on_disagreement: the scene stays where the "
+          "rollout has it as long as physics does not keep having the tool elsewhere")
+      .real<Duration>(
+          "trust_time", &Params::trust_time,
+          {.doc = "age of a physics result beyond which it is no longer continued. Three times the longest of the last "
+                  "16 intervals between results counts instead if that is more",
+           .unit = "s",
+           .default_value = 0.25,
+           .min = 0,
+           .max = 10})
+      .real<Duration>("trust_time_max", &Params::trust_time_max,
+                      {.doc = "upper limit of trust_time when results are slow; longer intervals do not count",
+                       .unit = "s",
+                       .default_value = 1,
+                       .min = 0,
+                       .max = 10})
+      .real<double>("trust_distance", &Params::trust_distance,
+                    {.doc = "a tool that is farther than this from where physics has it goes there at once",
+                     .unit = "m",
+                     .default_value = 0.02,
+                     .min = 0,
+                     .max = 10})
+      .real<double>("disagreement", &Params::disagreement,
+                    {.doc = "physics and the rollout disagree if their tools are farther apart than this",
+                     .unit = "m",
+                     .default_value = 5e-4,
+                     .min = 0,
+                     .max = 1})
+      .real<Duration>(
+          "patience", &Params::patience,
+          {.doc = "how long they may disagree in one direction before the scene goes to where physics has it",
+           .unit = "s",
+           .default_value = 1,
+           .min = 0,
+           .max = 10});
+  node.unread_when({"trust_distance", "disagreement", "patience"}, [](const Params& params, const ParamUse&) {
+    const bool keeps = params.restart == Params::Restart::on_disagreement;
+    return std::string(keeps ? "" : "restart is always: the scene goes back to every result");
+  });
+}
+
+}  // namespace
+
+void MujocoRollout::declare_metrics(Declare<MujocoRollout>& node) {
+  node.metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither,
+              &MujocoRollout::rolled_ticks_)
+      .metric("rollout.held_ticks", "1", "ticks that held a force", Better::lower, &MujocoRollout::held_ticks_)
+      .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower, &MujocoRollout::held_ticks_)
+      .summed()
+      .metric("rollout.failed_steps", "1", "steps that MuJoCo could not make", Better::lower,
+              &MujocoRollout::failed_steps_)
+      .metric("rollout.steps", "1", "sub-steps", Better::neither,
+              [](const MujocoRollout& self) { return self.motion_.steps(); })
+      .metric("rollout.moving_bodies", "1", "bodies of the scene that the rollout moves, each with what hangs on it",
+              Better::neither, [](const MujocoRollout& self) { return self.motion_.engine().moving_bodies(); })
+      .metric("rollout.estimated_error_N", "N", "estimate of the rollout's error at the end, by physics' results",
+              Better::lower, [](const MujocoRollout& self) { return self.trust_.error(RolloutTrust::rolled); })
+      .metric("rollout.estimated_hold_error_N", "N", "the same of a hold", Better::neither,
+              [](const MujocoRollout& self) { return self.trust_.error(RolloutTrust::held_result); })
+      .metric("rollout.rejected_models", "1", "models that were not usable", Better::lower,
+              [](const MujocoRollout& self) { return self.intake_.refusals().refused(); })
+      .metric("rollout.rejected_samples", "1", "samples that were not finite, or too late to be used", Better::lower,
+              [](const MujocoRollout& self) { return self.track_.rejected(); })
+      .metric("rollout.disagreements", "1", "times that the tool went to where physics kept having it", Better::lower,
+              [](const MujocoRollout& self) { return self.trust_.disagreements(); })
+      .left_out_when([](const Params& p, const MetricUse&) {
+        return std::string(p.restart == Params::Restart::always ? "the scene goes back to every result" : "");
+      })
+      .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower,
+              [](const MujocoRollout& self) { return self.blended_.correction_rms(); });
+}
+
+NodeInfo MujocoRollout::declare() {
+  Declare<MujocoRollout> node("interpolation.mujoco", "Continues MuJoCo's scene through each sample of the handle.");
+  node.details(
+          "It is the display side of prediction.mujoco. The node has a scene of MuJoCo of its own. It puts it into the "
+          "newest state and makes one or more sub-steps per tick, with all bodies of the scene. It displays the "
+          "coupling's wrench and its rate, so the tick until the device shows it adds no delay. When a state arrives, "
+          "the displayed force stays as it is. The difference decays as tau^2 e'' + 2 tau e' + e = 0, from a rate "
+          "between 0 and -e / tau, so it neither grows nor overshoots. A result is trusted until it is older than "
+          "`trust_time` and than three intervals between results; then, or if a step fails, the last force is held. "
+          "The segments tell the device for how long a result is trusted.\nA step takes the time that MuJoCo takes, "
+          "for which nothing gives a bound: measure it on your scene before you put the node into the real-time lane. "
+          "The node refuses models of which MuJoCo allocates memory in a step.")
+      .realtime_safe()
+      .input("model", &MujocoRollout::model, {.doc = "the state to continue from, as prediction.mujoco sends it"})
+      .input("device", &MujocoRollout::device,
+             {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 64}})
+      .output("segment", &MujocoRollout::segment, "the force over one tick, stamped as the physics result behind it")
+      .real("blend_time", &Params::blend_time,
+            {.doc = "tau, the time constant of each of the two equal poles with which a correction decays",
+             .unit = "s",
+             .default_value = 0.002,
+             .min = 0,
+             .max = 1,
+             .above_min = true})
+      .unneeded(nothing_moves)
+      .haptic_rate(&Params::rate, {.doc = "ticks per second"})
+      .role(Role::interpolation);
+  declare_engine_model(node, false, 2.5e-4);
+  node.as_in("model", Role::dynamics).as_in("tool", Role::dynamics).as_in("keyframe", Role::dynamics);
+  declare_trust(node);
+  declare_metrics(node);
+  return node.coarser("substep", {5e-4, 1e-3}).info();
+}
+
+MujocoRollout::MujocoRollout(const Params& params, const NodeContext& context)
+    : params_(params),
+      torque_(context.torque),
+      tick_(Duration::from_rate(params.rate)),
+      motion_(load_engine("interpolation.mujoco", params, context), params.substep),
+      carried_(tick_, torque_),
+      blended_(tick_, params.blend_time),
+      trust_([&params] {
+        TrustOptions options = params;
+        // The rollout has physics' own law, so it is compared with physics for the report alone.
+        options.estimate_time = Duration::from_seconds(1);
+        options.worse = 1;
+        return options;
+      }()) {
+  if (const std::string why = motion_.engine().allocates(); !why.empty()) {
+    throw ValueError("model", "interpolation.mujoco: " + why + "; use a model with fewer bodies");
+  }
+}
+
+/// The coupling's, on the device.
+Wrench MujocoRollout::wrench() const {
+  return coupling_wrench(coupling_, motion_.tool_and_handle(), torque_);
+}
+
+bool MujocoRollout::trusted(Time now) const {
+  return now - intake_.valid() < trust_.time() && !failed_;
+}
+
+/// True where a new state has come and is gone on with.
+bool MujocoRollout::take_model(Time now) {
+  const Stamped<EngineState>& newest = *model.latest();
+  if (intake_.is_in_use(newest.stamp) || intake_.was_refused(newest.stamp)) return false;
+  if (intake_.is_late(newest, now)) {
+    intake_.refuse(newest.stamp, RefusalReason::late);
+    return false;
+  }
+  const bool keep = params_.restart == Params::Restart::on_disagreement && intake_.running() && !failed_ && !held_ &&
+                    !trust_.disagrees(newest.stamp.valid, newest.value.p_WT_result);
+  const RefusalReason why = keep ? refusal_of(newest.value) : motion_.restart(newest.value);
+  if (why != RefusalReason::none) {
+    intake_.refuse(newest.stamp, why);
+    return false;
+  }
+  coupling_ = newest.value.coupling;
+  if (!keep) {
+    failed_ = false;
+    held_wrench_ = wrench();
+    advanced_ = track_.after(newest.value.time);
+    trust_.agree();
+  }
+  trust_.learn(newest.stamp.valid, newest.value.wrench_result.force, 0, intake_.use(newest.stamp, now));
+  result_wrench_ = limited(newest.value.wrench_result, newest.value.coupling);
+  return !keep;
+}
+
+/// Goes through the samples that the engine has not been through yet.
+void MujocoRollout::go_on() {
+  const std::size_t due = track_.count() - advanced_;
+  const std::size_t steps = std::min(due, most_samples);
+  for (std::size_t k = 1; k <= steps && !failed_; ++k) {
+    failed_ = !motion_.advance(track_[advanced_ + due * k / steps - 1], coupling_);
+    if (failed_) {
+      ++failed_steps_;
+    } else {
+      note_state();
+    }
+  }
+  advanced_ = track_.count();
+}
+
+void MujocoRollout::note_state() {
+  const PhysicsState state = motion_.tool_and_handle();
+  RolloutTrust::Forces forces;
+  forces[RolloutTrust::rolled] = wrench().force;
+  forces[RolloutTrust::held_result] = forces[RolloutTrust::forecasted] = result_wrench_.force;
+  trust_.note(motion_.time(), state.X_WT.p, forces);
+}
+
+void MujocoRollout::step(StepContext& context) {
+  track_.take(device);
+  if (model.latest() == nullptr || track_.count() == 0) return;
+  const Time now = context.now();
+  const bool corrected = take_model(now);
+  if (!intake_.running() && !corrected) return;
+  if (!failed_) go_on();
+  const bool hold = !trusted(now);
+  ForceState to;
+  if (hold) {
+    to.value = held_wrench_;
+  } else {
+    to = carried_.at(now, motion_.time(), motion_.tool_and_handle(), coupling_, motion_.acceleration(),
+                     track_.acceleration());
+    held_wrench_ = wrench();
+  }
+  if (const auto fault = segment_if_not_finite(now, {to.value, to.rate})) return segment.send(intake_.valid(), *fault);
+  // A sample that is finite and yet absurd would else be blended out for long.
+  to.rate = limited(to.rate, coupling_, 1 / tick_.seconds());
+  ForceSegment shown =
+      blended_.go_on(now, to, one_tick_later(to, tick_, coupling_), corrected || hold != held_);
+  // Zero would say nothing.
+  shown.trust_time = std::max(trust_.time(), Duration{1});
+  if (intake_.running() && corrected) blended_.count_correction();
+  held_ = hold;
+  intake_.start();
+  ++(hold ? held_ticks_ : rolled_ticks_);
+  segment.send(intake_.valid(), shown);
+}
+
+}  // namespace tactor

@@ -1,0 +1,65 @@
+// interpolation.mujoco: continues MuJoCo's scene tick by tick.
+#pragma once
+
+#include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
+#include "framework/node/declare.hpp"
+#include "nodes/interpolation/blended_force.hpp"
+#include "nodes/interpolation/model_intake.hpp"
+#include "nodes/interpolation/rollout_trust.hpp"
+#include "nodes/physics/engine/engine_motion.hpp"
+#include "nodes/physics/engine/engine_node.hpp"
+#include "nodes/physics/mechanics/handle_track.hpp"
+
+namespace tactor {
+
+/// Moves an engine of its own from the newest state of prediction.mujoco through each sample of the handle. Displays
+/// the coupling's wrench, carried on to the time of display, and blends where a state arrives, as Rollout does. A state
+/// is trusted as in Rollout. Where it is older, or a step failed, the last trusted force is held.
+///
+/// With `restart: on_disagreement` the scene stays as the rollout has it until physics has the tool elsewhere for
+/// longer than the patience, or farther than is trusted.
+class MujocoRollout final : public Node, public Refusing {
+ public:
+  struct Params : EngineParams, TrustOptions {
+    Duration blend_time;
+    double rate = 0;
+    enum class Restart { always, on_disagreement };
+    Restart restart = Restart::always;
+  };
+  MujocoRollout(const Params& params, const NodeContext& context);
+  static NodeInfo declare();
+  void step(StepContext& context) override;
+  [[nodiscard]] const Refusals& refusals() const override { return intake_.refusals(); }
+
+  Input<EngineState> model;
+  Input<DeviceState> device;
+  Output<ForceSegment> segment;
+
+ private:
+  static void declare_metrics(Declare<MujocoRollout>& node);
+  bool take_model(Time now);
+  void go_on();
+  void note_state();
+  [[nodiscard]] Wrench wrench() const;
+  [[nodiscard]] bool trusted(Time now) const;
+
+  Params params_;
+  bool torque_;
+  Duration tick_;
+  EngineMotion motion_;
+  CouplingParameters coupling_;  // of the newest state
+  CarriedForce carried_;
+  BlendedForce blended_;
+  HandleTrack<256> track_;
+  std::size_t advanced_ = 0;  // samples that the engine has been through
+  ModelIntake intake_;
+  RolloutTrust trust_;
+  bool failed_ = false;  // a step has, since the state came
+  bool held_ = false;    // at the last tick
+  Wrench held_wrench_;   // within the device's limits
+  Wrench result_wrench_;
+  std::int64_t rolled_ticks_ = 0, held_ticks_ = 0, failed_steps_ = 0;
+};
+
+}  // namespace tactor

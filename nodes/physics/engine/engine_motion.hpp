@@ -1,0 +1,62 @@
+// Moves a foreign engine through the samples of the handle.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "framework/core/messages.hpp"
+#include "framework/core/refusals.hpp"
+#include "framework/core/shared_array.hpp"
+#include "nodes/physics/engine/coupled_engine.hpp"
+#include "nodes/physics/engine/engine_state.hpp"
+
+namespace tactor {
+
+/// Whether what comes with the engine's numbers in the state is finite and within range.
+[[nodiscard]] RefusalReason refusal_of(const EngineState& state);
+
+/// An engine at a sample of the handle, and the steps from there to the next. Each interval between two samples is cut
+/// into equal sub-steps, with the handle moving steadily from one to the other. Allocates nothing once it is made.
+class EngineMotion {
+ public:
+  /// `substep`: the longest sub-step, s.
+  EngineMotion(std::unique_ptr<CoupledEngine> engine, double substep)
+      : engine_(std::move(engine)), substep_(substep) {}
+
+  /// Begins at that sample; `at_handle`: with the tool at the handle.
+  void begin(const Stamped<DeviceState>& sample, const CouplingParameters& coupling, bool at_handle);
+  /// Goes to that state; or why not: it is of another model, or not finite.
+  [[nodiscard]] RefusalReason restart(const EngineState& state);
+  /// Moves the bodies on to the time of `sample`; nothing happens where that is not later. False where the engine
+  /// failed: then it has to be restarted. Contacts of the last sub-step are put into `found`, unless it is null.
+  bool advance(const Stamped<DeviceState>& sample, const CouplingParameters& coupling, ContactSet* found = nullptr);
+
+  /// The engine as it is, as a message; `result`: the state of the physics result behind it, or null where this is it.
+  /// Empty where readers hold all arrays of the pool.
+  [[nodiscard]] std::optional<EngineState> state(ArrayPool<double>& pool, const EngineState* result) const;
+
+  /// Of the sample that the bodies were moved to.
+  [[nodiscard]] Time time() const { return sample_.stamp.valid; }
+  /// Tool and handle at that time, with the contacts of the last sub-step.
+  [[nodiscard]] PhysicsState tool_and_handle() const;
+  /// m/s^2 and rad/s^2, of the tool between the last two samples.
+  [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
+  [[nodiscard]] CoupledEngine& engine() { return *engine_; }
+  [[nodiscard]] const CoupledEngine& engine() const { return *engine_; }
+  /// Sub-steps so far.
+  [[nodiscard]] std::int64_t steps() const { return steps_; }
+
+ private:
+  std::unique_ptr<CoupledEngine> engine_;
+  double substep_;
+  Stamped<DeviceState> sample_;
+  CouplingParameters coupling_;
+  Twist acceleration_;
+  std::int64_t steps_ = 0;
+};
+
+/// A pool for the arrays of `messages` states of that engine.
+std::unique_ptr<ArrayPool<double>> engine_state_pool(const CoupledEngine& engine, std::size_t messages);
+
+}  // namespace tactor

@@ -1,0 +1,58 @@
+#include "nodes/physics/engine/engine_node.hpp"
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+
+#include "framework/core/value_error.hpp"
+#include "nodes/physics/engine/mujoco_plugin.hpp"
+#include "nodes/physics/mechanics/scene_model.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// Relative difference of the two masses that counts as none.
+constexpr double same_mass = 1e-3;
+
+std::string kilograms(double mass) {
+  std::array<char, 32> text{};
+  std::snprintf(text.data(), text.size(), "%.6g kg", mass);
+  return text.data();
+}
+
+void compare_tools(const std::string& type, const Body& tool, const EngineParams& params, const CoupledEngine& engine) {
+  const std::string of_model = "body '" + params.tool + "' of " + params.model.string();
+  const std::string place = "scene.bodies." + tool.name;
+  const bool rotates = tool.motion == Motion::rigid;
+  if (rotates != engine.tool_rotates()) {
+    throw ValueError(place + ".motion", type + ": " + of_model +
+                                            (rotates ? " keeps its orientation; expected motion: translation"
+                                                     : " has a free joint; expected motion: rigid"));
+  }
+  if (std::abs(tool.mass - engine.tool_mass()) > same_mass * engine.tool_mass()) {
+    throw ValueError(place + ".mass", type + ": " + of_model + " has a mass of " + kilograms(engine.tool_mass()) +
+                                          ", and the scene's tool has " + kilograms(tool.mass) +
+                                          "; the coupling is made for the latter, so give it the former");
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const EngineParams& params,
+                                           const NodeContext& context) {
+  if (params.model.empty()) {
+    throw ValueError("model", type + ": expected the model that physics.mujoco steps, found none");
+  }
+  const Scene& scene = *context.scene;
+  const std::vector<std::size_t> moving = scene.moving();
+  if (moving.empty()) throw InputError(type + " needs a moving body in the scene");
+  refuse_deformable(scene, type + " moves", "dynamics.deformable");
+  EngineModel model{.file = params.model, .tool = params.tool, .keyframe = params.keyframe};
+  for (std::size_t i = 1; i < moving.size(); ++i) model.bodies.push_back(scene.bodies[moving[i]].name);
+  auto engine = load_mujoco_plugin(type).engine(model);
+  compare_tools(type, scene.bodies[moving.front()], params, *engine);
+  return engine;
+}
+
+}  // namespace tactor

@@ -1,0 +1,49 @@
+// What the nodes have in common that step MuJoCo.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "framework/node/declare.hpp"
+#include "nodes/physics/engine/coupled_engine.hpp"
+
+namespace tactor {
+
+/// The model that a node steps.
+struct EngineParams {
+  std::filesystem::path model;
+  std::string tool;
+  std::string keyframe;
+  double substep = 0;  ///< s
+};
+
+/// Messages that edges and their readers hold at the same time.
+inline constexpr std::size_t most_engine_states = 32;
+
+/// Adds the model's parameters. `substep`: the default of the longest sub-step, s.
+template <class N>
+void declare_engine_model(Declare<N>& node, bool required, double substep) {
+  using P = typename N::Params;
+  // The template arguments let pointers to the members of the base class convert.
+  node.file("model", &P::model, required, "the model, in MuJoCo's format MJCF (.xml)")
+      .text("tool", &P::tool, "tool",
+            "the body of the model that hangs on the coupling: a child of the world with a free joint, or with three "
+            "slide joints")
+      .text("keyframe", &P::keyframe, "",
+            "the keyframe of the model to begin with, whose controls the actuators keep; empty: the model's own begin")
+      .template real<double>("substep", &P::substep,
+                             {.doc = "longest sub-step; it takes the place of the model's own time step",
+                              .unit = "s",
+                              .default_value = substep,
+                              .min = 1e-5,
+                              .max = 0.02});
+}
+
+/// Loads MuJoCo and the model. Throws InputError where there is no plugin, and ValueError where the model cannot be
+/// used or does not go with the scene: the tool of the scene has the mass of the model's, turns where that does, and
+/// its other moving bodies are in the model by their names. `type`: of the node that asks, for messages.
+std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const EngineParams& params,
+                                           const NodeContext& context);
+
+}  // namespace tactor

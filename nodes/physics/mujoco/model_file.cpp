@@ -1,0 +1,149 @@
+#include "nodes/physics/mujoco/model_file.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <mutex>
+#include <string>
+
+#include "framework/core/spatial.hpp"
+#include "framework/core/value_error.hpp"
+#include "nodes/physics/mujoco/guarded_call.hpp"
+
+namespace tactor {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a guarded reading of a file takes and gives.
+struct Reading {
+  const char* file;
+  const mjVFS* files;
+  std::array<char, 1000> error{};
+  mjModel* model = nullptr;
+};
+
+/// Null where it cannot be read; `why` says so then.
+ModelPointer read(const fs::path& file, const mjVFS* files, std::string& why) {
+  // MuJoCo keeps the file it has read last.
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
+  const std::string name = file.string();
+  Reading reading{.file = name.c_str(), .files = files};
+  MujocoText text;
+  const bool done = call_guarded(
+      text,
+      [](void* argument) {
+        auto& r = *static_cast<Reading*>(argument);
+        r.model = mj_loadXML(r.file, r.files, r.error.data(), static_cast<int>(r.error.size()));
+      },
+      &reading);
+  if (done && reading.model != nullptr) return ModelPointer(reading.model);
+  why = done ? reading.error.data() : text.data();
+  std::replace(why.begin(), why.end(), '\n', ' ');
+  why.erase(why.find_last_not_of(' ') + 1);
+  return nullptr;
+}
+
+std::string in_xml(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    switch (c) {
+      case '&':
+        out += "&amp;";
+        break;
+      case '<':
+        out += "&lt;";
+        break;
+      case '"':
+        out += "&quot;";
+        break;
+      default:
+        out += c;
+    }
+  }
+  return out;
+}
+
+/// The names of the bodies that hang on the world by a joint, for messages.
+std::string movable_bodies(const mjModel& m) {
+  std::string names;
+  for (int b = 1; b < m.nbody; ++b) {
+    if (m.body_parentid[b] != 0 || m.body_jntnum[b] == 0) continue;
+    const char* name = mj_id2name(&m, mjOBJ_BODY, b);
+    if (name != nullptr && *name != '\0') names += (names.empty() ? "" : ", ") + std::string(name);
+  }
+  return names.empty() ? "none" : names;
+}
+
+[[noreturn]] void refuse_tool(const mjModel& m, const EngineModel& model, const std::string& what) {
+  throw ValueError("tool", model.file.string() + ": body '" + model.tool + "' " + what +
+                               ". The coupling moves a child of the world with a free joint, or with three slide "
+                               "joints along different axes; bodies of the world with joints: " +
+                               movable_bodies(m));
+}
+
+/// True where the joints of the body are three slides whose axes span the space.
+bool slides_everywhere(const mjModel& m, int body) {
+  if (m.body_jntnum[body] != 3) return false;
+  std::array<Vec3, 3> axis;
+  for (int i = 0; i < 3; ++i) {
+    const int joint = m.body_jntadr[body] + i;
+    if (m.jnt_type[joint] != mjJNT_SLIDE) return false;
+    const double* a = m.jnt_axis + 3 * joint;
+    axis[static_cast<std::size_t>(i)] = {a[0], a[1], a[2]};
+  }
+  return std::abs(dot(axis[0], cross(axis[1], axis[2]))) > 1e-3;
+}
+
+void check_tool(const mjModel& m, const EngineModel& model) {
+  const int tool = mj_name2id(&m, mjOBJ_BODY, model.tool.c_str());
+  if (tool <= 0) refuse_tool(m, model, "is the world");
+  if (m.body_parentid[tool] != 0) {
+    refuse_tool(m, model, std::string("hangs on body '") + mj_id2name(&m, mjOBJ_BODY, m.body_parentid[tool]) + "'");
+  }
+  const bool is_free = m.body_jntnum[tool] == 1 && m.jnt_type[m.body_jntadr[tool]] == mjJNT_FREE;
+  if (!is_free && !slides_everywhere(m, tool)) {
+    refuse_tool(m, model, m.body_jntnum[tool] == 0 ? "has no joint" : "has other joints");
+  }
+  if ((m.opt.disableflags & (mjDSBL_CONSTRAINT | mjDSBL_EQUALITY)) != 0) {
+    throw ValueError("model", model.file.string() +
+                                  ": <option><flag> disables constraints or equalities, and the coupling is one; "
+                                  "enable both");
+  }
+}
+
+}  // namespace
+
+ModelPointer read_coupled_model(const EngineModel& model) {
+  const fs::path file = fs::absolute(model.file);
+  if (file.extension() != ".xml") {
+    throw ValueError("model", file.string() + ": expected a model of MuJoCo in a file .xml");
+  }
+  const std::string text = "<mujoco><include file=\"" + in_xml(file.filename().string()) +
+                           "\"/><equality><weld active=\"true\" body1=\"" + in_xml(model.tool) +
+                           "\"/></equality></mujoco>";
+  const char* const name = "tactor coupling.xml";
+  // It lies in the folder of the model, so that what the model names is found from there.
+  const auto files = std::make_unique<mjVFS>();
+  mj_defaultVFS(files.get());
+  mj_makeEmptyFileVFS(files.get(), name, static_cast<int>(text.size()));
+  std::memcpy(files->filedata[0], text.data(), text.size());
+  std::string why;
+  ModelPointer coupled = read(file.parent_path() / name, files.get(), why);
+  mj_deleteVFS(files.get());
+  if (coupled == nullptr) {
+    const ModelPointer alone = read(file, nullptr, why);
+    if (alone == nullptr) throw ValueError("model", file.string() + ": MuJoCo cannot read it: " + why);
+    if (mj_name2id(alone.get(), mjOBJ_BODY, model.tool.c_str()) < 0) {
+      refuse_tool(*alone, model, "is not there");
+    }
+    if (mj_name2id(alone.get(), mjOBJ_BODY, model.tool.c_str()) == 0) refuse_tool(*alone, model, "is the world");
+    throw ValueError("model", file.string() + ": MuJoCo cannot weld body '" + model.tool + "' to the world: " + why);
+  }
+  check_tool(*coupled, model);
+  return coupled;
+}
+
+}  // namespace tactor

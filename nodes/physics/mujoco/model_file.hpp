@@ -1,0 +1,24 @@
+// Reads a model of MuJoCo and hangs one of its bodies on the coupling.
+#pragma once
+
+#include <mujoco/mujoco.h>
+
+#include <memory>
+
+#include "nodes/physics/engine/coupled_engine.hpp"
+
+namespace tactor {
+
+struct MujocoDeleter {
+  void operator()(mjModel* model) const { mj_deleteModel(model); }
+  void operator()(mjData* data) const { mj_deleteData(data); }
+};
+using ModelPointer = std::unique_ptr<mjModel, MujocoDeleter>;
+using DataPointer = std::unique_ptr<mjData, MujocoDeleter>;
+
+/// The model with one more equality, the last one, which welds the tool to the world: its rows in the solver become
+/// those of the coupling. Throws ValueError about `model` or `tool` where the file is no model that MuJoCo reads, it
+/// has no such body, or the coupling cannot move that body.
+ModelPointer read_coupled_model(const EngineModel& model);
+
+}  // namespace tactor

@@ -1,0 +1,356 @@
+#include "nodes/physics/mujoco/mujoco_engine.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string_view>
+#include <vector>
+
+#include "framework/core/check.hpp"
+#include "framework/core/value_error.hpp"
+#include "nodes/physics/mujoco/contact_report.hpp"
+#include "nodes/physics/mujoco/guarded_call.hpp"
+#include "nodes/physics/mujoco/model_file.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// From so many bodies on, MuJoCo's sort of them needs memory of the heap.
+constexpr int most_sorted_bodies = 63;
+
+/// The least inertia of a row, kg or kg m^2, of a coupling that is neither stiff nor damped.
+constexpr double least_inertia = 1e-12;
+
+Vec3 vector(const double* v) {
+  return {v[0], v[1], v[2]};
+}
+Quat rotation(const double* q) {
+  return {q[0], q[1], q[2], q[3]};
+}
+
+/// What MuJoCo's warnings mean to the owner of a model.
+const char* meaning(int warning) {
+  switch (warning) {
+    case mjWARN_INERTIA:
+      return "the inertia of a body is nearly singular";
+    case mjWARN_CONTACTFULL:
+      return "there are more contacts than the model has room for; raise nconmax in <size>";
+    case mjWARN_CNSTRFULL:
+      return "there are more constraints than the model has room for; raise njmax in <size>";
+    case mjWARN_BADQPOS:
+      return "a position has become unstable, and MuJoCo resets the scene";
+    case mjWARN_BADQVEL:
+      return "a velocity has become unstable, and MuJoCo resets the scene";
+    case mjWARN_BADQACC:
+      return "an acceleration has become unstable, and MuJoCo resets the scene";
+    case mjWARN_BADCTRL:
+      return "a control is not finite";
+    default:
+      return "unknown";
+  }
+}
+
+class MujocoEngine final : public CoupledEngine {
+ public:
+  MujocoEngine(ModelPointer loaded, const EngineModel& model)
+      : model_(std::move(loaded)), data_(mj_makeData(model_.get())), listed_(body_numbers(*model_, model)) {
+    TACTOR_DEMAND(data_ != nullptr);
+    const mjModel& m = *model_;
+    tool_ = listed_.front();
+    is_free_ = m.body_jntnum[tool_] == 1;
+    if (!model.keyframe.empty()) {
+      keyframe_ = mj_name2id(&m, mjOBJ_KEY, model.keyframe.c_str());
+      if (keyframe_ < 0) {
+        throw ValueError("keyframe", model.file.string() + ": it has no keyframe '" + model.keyframe + "'");
+      }
+    }
+    jacobian_.resize(6 * static_cast<std::size_t>(m.nv));
+    of_tool_ = with_what_hangs_on(m, tool_);
+    begin();
+    if (!guarded(&MujocoEngine::forward)) {
+      throw ValueError("model", model.file.string() + ": MuJoCo cannot begin with it: " + failure());
+    }
+    note_tool();
+  }
+
+  [[nodiscard]] double tool_mass() const override { return model_->body_subtreemass[tool_]; }
+  [[nodiscard]] bool tool_rotates() const override { return is_free_; }
+  [[nodiscard]] std::string allocates() const override {
+    if (model_->nbody <= most_sorted_bodies) return {};
+    return "MuJoCo allocates memory in the steps of a model with more than " + std::to_string(most_sorted_bodies) +
+           " bodies, and this one has " + std::to_string(model_->nbody);
+  }
+  [[nodiscard]] int moving_bodies() const override {
+    int count = 0;
+    for (int b = 1; b < model_->nbody; ++b) {
+      if (model_->body_parentid[b] == 0 && model_->body_subtreemass[b] > 0 && moves(b)) ++count;
+    }
+    return count;
+  }
+
+  void place_tool(const Pose& X_WT) override {
+    const mjModel& m = *model_;
+    double* q = data_->qpos + m.jnt_qposadr[m.body_jntadr[tool_]];
+    double* v = data_->qvel + m.jnt_dofadr[m.body_jntadr[tool_]];
+    if (is_free_) {
+      const Vec3 p = X_WT.p - rotate(X_WT.R, vector(m.body_ipos + 3 * tool_));
+      const double pose[] = {p.x, p.y, p.z, X_WT.R.w, X_WT.R.x, X_WT.R.y, X_WT.R.z};
+      std::copy(std::begin(pose), std::end(pose), q);
+      std::fill_n(v, 6, 0.0);
+    } else {
+      const Vec3 move = X_WT.p - tool_state_.X_WT.p;
+      const Vec3 a = axis(0), b = axis(1), c = axis(2);
+      const double volume = dot(a, cross(b, c));
+      q[0] += dot(move, cross(b, c)) / volume;
+      q[1] += dot(move, cross(c, a)) / volume;
+      q[2] += dot(move, cross(a, b)) / volume;
+      std::fill_n(v, 3, 0.0);
+    }
+    std::fill_n(data_->qacc_warmstart, m.nv, 0.0);
+    mj_kinematics(&m, data_.get());
+    note_tool();
+  }
+
+  [[nodiscard]] EngineNumbers numbers() const override {
+    const mjModel& m = *model_;
+    const auto span = [](const double* from, int count) { return std::span(from, static_cast<std::size_t>(count)); };
+    return {span(data_->qpos, m.nq), span(data_->qvel, m.nv), span(data_->act, m.na),
+            span(data_->qacc_warmstart, m.nv)};
+  }
+
+  bool restore(const EngineNumbers& numbers) override {
+    const EngineNumbers own = this->numbers();
+    const auto fits = [](std::span<const double> from, std::span<const double> to) {
+      return from.size() == to.size() &&
+             std::all_of(from.begin(), from.end(), [](double x) { return std::isfinite(x); });
+    };
+    if (!fits(numbers.position, own.position) || !fits(numbers.velocity, own.velocity) ||
+        !fits(numbers.activation, own.activation) || !fits(numbers.acceleration, own.acceleration)) {
+      return false;
+    }
+    if (failed_) begin();
+    std::copy(numbers.position.begin(), numbers.position.end(), data_->qpos);
+    std::copy(numbers.velocity.begin(), numbers.velocity.end(), data_->qvel);
+    std::copy(numbers.activation.begin(), numbers.activation.end(), data_->act);
+    std::copy(numbers.acceleration.begin(), numbers.acceleration.end(), data_->qacc_warmstart);
+    mj_kinematics(model_.get(), data_.get());
+    note_tool();
+    return true;
+  }
+
+  bool step(const CouplingParameters& coupling, const DeviceState& to, double h, ContactSet* found) override {
+    coupling_ = coupling;
+    handle_ = to;
+    found_ = found;
+    model_->opt.timestep = h;
+    failed_ = !guarded(&MujocoEngine::make_step) || has_warned() || !is_coupled_;
+    if (failed_) return false;
+    note_tool();
+    if (!is_finite(tool_state_.X_WT.p) || !is_finite(tool_state_.V_WT.v) || !is_finite(tool_state_.V_WT.w)) {
+      fail("the tool's motion is not finite");
+      return false;
+    }
+    return true;
+  }
+
+  [[nodiscard]] const char* failure() const override { return text_.data(); }
+  [[nodiscard]] const EngineTool& tool() const override { return tool_state_; }
+
+  [[nodiscard]] BodyStates bodies() override {
+    mj_comPos(model_.get(), data_.get());
+    mj_comVel(model_.get(), data_.get());
+    BodyStates states;
+    for (const int body : listed_) {
+      const auto i = static_cast<std::size_t>(states.count++);
+      states.X_WB[i] = pose(body);
+      double turn_and_move[6];
+      mj_objectVelocity(model_.get(), data_.get(), mjOBJ_BODY, body, turn_and_move, 0);
+      states.V_WB[i] = {vector(turn_and_move + 3), vector(turn_and_move)};
+    }
+    states.V_WB[0] = tool_state_.V_WT;
+    return states;
+  }
+
+ private:
+  /// The tool, then the others that the engine tells of.
+  static std::vector<int> body_numbers(const mjModel& m, const EngineModel& model) {
+    std::vector<int> numbers{mj_name2id(&m, mjOBJ_BODY, model.tool.c_str())};
+    for (const std::string& name : model.bodies) {
+      const int body = mj_name2id(&m, mjOBJ_BODY, name.c_str());
+      if (body < 0) {
+        throw ValueError("scene.bodies." + name, model.file.string() + ": it has no body '" + name +
+                                                     "', and the scene has one that moves; name it as the model does");
+      }
+      if (m.body_weldid[body] == 0) {
+        throw ValueError("scene.bodies." + name + ".motion", model.file.string() + ": body '" + name +
+                                                                 "' has no joint there; expected motion: fixed");
+      }
+      numbers.push_back(body);
+    }
+    return numbers;
+  }
+
+  /// By number of a body: 1 for the tool and for all that hangs on it.
+  static std::vector<char> with_what_hangs_on(const mjModel& m, int tool) {
+    std::vector<char> flags(static_cast<std::size_t>(m.nbody), 0);
+    // Parents come before their children.
+    for (int b = 1; b < m.nbody; ++b) {
+      flags[static_cast<std::size_t>(b)] = b == tool || flags[static_cast<std::size_t>(m.body_parentid[b])] != 0;
+    }
+    return flags;
+  }
+
+  /// Whether something moves of a child of the world.
+  [[nodiscard]] bool moves(int root) const {
+    for (int b = root; b < model_->nbody; ++b) {
+      if (model_->body_rootid[b] == root && model_->body_dofnum[b] > 0) return true;
+    }
+    return false;
+  }
+
+  /// Goes to where the model begins, with the controls that its actuators keep.
+  void begin() {
+    if (keyframe_ >= 0) {
+      mj_resetDataKeyframe(model_.get(), data_.get(), keyframe_);
+    } else {
+      mj_resetData(model_.get(), data_.get());
+    }
+  }
+
+  void fail(std::string_view why) {
+    failed_ = true;
+    std::snprintf(text_.data(), text_.size(), "%.*s", static_cast<int>(why.size()), why.data());
+  }
+
+  bool guarded(void (MujocoEngine::*work)()) {
+    struct Call {
+      MujocoEngine* engine;
+      void (MujocoEngine::*work)();
+    } call{this, work};
+    return call_guarded(
+        text_,
+        [](void* argument) {
+          const Call& c = *static_cast<const Call*>(argument);
+          (c.engine->*c.work)();
+        },
+        &call);
+  }
+
+  bool has_warned() {
+    for (int i = 0; i < mjNWARNING; ++i) {
+      if (data_->warning[i].number == 0) continue;
+      std::snprintf(text_.data(), text_.size(), "%s (number %d)", meaning(i), data_->warning[i].lastinfo);
+      return true;
+    }
+    return false;
+  }
+
+  void forward() { mj_forward(model_.get(), data_.get()); }
+
+  /// In a guarded call: no object here has a destructor.
+  void make_step() {
+    mj_step1(model_.get(), data_.get());
+    couple();
+    if (!is_coupled_) return;
+    if (mj_isDual(model_.get()) != 0) mj_projectConstraint(model_.get(), data_.get());
+    mj_step2(model_.get(), data_.get());
+    sum_contacts(*model_, *data_, of_tool_.data(), tool_, tool_state_);
+    if (found_ != nullptr) list_contacts(*model_, *data_, listed_.data(), static_cast<int>(listed_.size()), *found_);
+    mj_kinematics(model_.get(), data_.get());
+  }
+
+  void couple() {
+    const mjModel& m = *model_;
+    const mjData& d = *data_;
+    // Equalities come first, in their order.
+    int row = 0;
+    while (row < d.ne && d.efc_id[row] != m.neq - 1) ++row;
+    is_coupled_ = row + 6 <= d.ne;
+    if (!is_coupled_) return fail("the rows of the coupling are missing; raise njmax in <size>");
+    double* const moves = jacobian_.data();
+    double* const turns = moves + 3 * m.nv;
+    mj_jacBodyCom(&m, &d, moves, turns, tool_);
+    const Pose X = pose(tool_);
+    const Vec3 apart = handle_.X_WD.p - X.p;
+    const Vec3 turn = is_free_ ? to_rotation_vector(handle_.X_WD.R * inverse(X.R)) : Vec3{};
+    for (int i = 0; i < 3; ++i) {
+      set_row(row + i, moves + i * m.nv, coupling_.k_t, coupling_.b_t, apart[i], handle_.V_WD.v[i]);
+      if (is_free_) {
+        set_row(row + 3 + i, turns + i * m.nv, coupling_.k_r, coupling_.b_r, turn[i], handle_.V_WD.w[i]);
+      } else {
+        set_row(row + 3 + i, turns + i * m.nv, 0, 0, 0, 0);
+      }
+    }
+  }
+
+  /// `gap`: m or rad from the tool to the handle; `speed`: the handle's.
+  void set_row(int row, const double* jacobian, double k, double b, double gap, double speed) {
+    const mjModel& m = *model_;
+    mjData& d = *data_;
+    const double h = m.opt.timestep;
+    double own = 0;
+    for (int i = 0; i < m.nv; ++i) own += jacobian[i] * d.qvel[i];
+    const double inertia = std::max(h * b + h * h * k, least_inertia);
+    d.efc_D[row] = inertia;
+    d.efc_R[row] = 1 / inertia;
+    d.efc_vel[row] = own;
+    d.efc_aref[row] = (k * gap + b * speed - (b + h * k) * own) / inertia;
+    if (mj_isSparse(&m) == 0) {
+      std::copy_n(jacobian, m.nv, d.efc_J + row * m.nv);
+      return;
+    }
+    double* const sparse = d.efc_J + d.efc_J_rowadr[row];
+    const int* const columns = d.efc_J_colind + d.efc_J_rowadr[row];
+    for (int i = 0; i < d.efc_J_rownnz[row]; ++i) {
+      const int column = columns[i];
+      sparse[i] = jacobian[column];
+      // The transposed matrix holds the same.
+      const int begin = d.efc_JT_rowadr[column], end = begin + d.efc_JT_rownnz[column];
+      const int* const place = std::find(d.efc_JT_colind + begin, d.efc_JT_colind + end, row);
+      if (place != d.efc_JT_colind + end) d.efc_JT[place - d.efc_JT_colind] = jacobian[column];
+    }
+  }
+
+  [[nodiscard]] Pose pose(int body) const {
+    return {vector(data_->xipos + 3 * body), rotation(data_->xquat + 4 * body)};
+  }
+  /// Of a tool on slides, in W.
+  [[nodiscard]] Vec3 axis(int i) const { return vector(data_->xaxis + 3 * (model_->body_jntadr[tool_] + i)); }
+
+  void note_tool() {
+    const double* v = data_->qvel + model_->jnt_dofadr[model_->body_jntadr[tool_]];
+    tool_state_.X_WT = pose(tool_);
+    if (is_free_) {
+      const Vec3 w = rotate(tool_state_.X_WT.R, vector(v + 3));
+      const Vec3 to_centre = rotate(tool_state_.X_WT.R, vector(model_->body_ipos + 3 * tool_));
+      tool_state_.V_WT = {vector(v) + cross(w, to_centre), w};
+    } else {
+      tool_state_.V_WT = {v[0] * axis(0) + v[1] * axis(1) + v[2] * axis(2), {}};
+    }
+  }
+
+  ModelPointer model_;
+  DataPointer data_;
+  std::vector<int> listed_;  // numbers of the bodies that it tells of, the tool first
+  std::vector<char> of_tool_;
+  int tool_ = 0;
+  bool is_free_ = false;
+  int keyframe_ = -1;
+  std::vector<double> jacobian_;  // translation and rotation of the tool, 3 rows each
+  CouplingParameters coupling_;   // of the step under way
+  DeviceState handle_;
+  ContactSet* found_ = nullptr;
+  EngineTool tool_state_;
+  bool is_coupled_ = false;
+  bool failed_ = false;
+  MujocoText text_{};
+};
+
+}  // namespace
+
+std::unique_ptr<CoupledEngine> make_mujoco_engine(const EngineModel& model) {
+  return std::make_unique<MujocoEngine>(read_coupled_model(model), model);
+}
+
+}  // namespace tactor
