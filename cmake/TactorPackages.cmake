@@ -1,4 +1,5 @@
-# Debian packages, by `cpack` in a build of the preset `package`: tactor, tactor-cgal, tactor-suitesparse, libtactor-dev, python3-tactor.
+# Debian packages, by `cpack` in a build of the preset `package`: tactor, tactor-cgal, tactor-suitesparse, tactor-mujoco, libtactor-dev,
+# python3-tactor.
 # scripts/packages makes them, and asks lintian.
 # Who made the packages, as Debian writes it; -DTACTOR_MAINTAINER says otherwise.
 if(NOT TACTOR_MAINTAINER)
@@ -8,8 +9,8 @@ endif()
 # What Debian asks of every package: its licence and what has changed.
 find_program(TACTOR_GZIP gzip REQUIRED)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
-set(components runtime cgal suitesparse dev python)
-set(packages tactor tactor-cgal tactor-suitesparse libtactor-dev python3-tactor)
+set(components runtime cgal suitesparse mujoco dev python)
+set(packages tactor tactor-cgal tactor-suitesparse tactor-mujoco libtactor-dev python3-tactor)
 foreach(package component IN ZIP_LISTS packages components)
   set(folder ${CMAKE_BINARY_DIR}/debian/${package})
   file(MAKE_DIRECTORY ${folder})
@@ -70,7 +71,7 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/triggers)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "tactor-cgal, tactor-suitesparse, xdg-utils")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "gnuplot-nox | gnuplot-qt | gnuplot-x11")
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "chromium | firefox-esr, libtactor-dev, python3-tactor")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "chromium | firefox-esr, libtactor-dev, python3-tactor, tactor-mujoco")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Smooth force feedback from slow physics
 A haptic device wants a force 1,000 times a second, and physics often delivers
 fewer, late and unevenly. Tactor closes that gap with virtual coupling,
@@ -107,6 +108,15 @@ if(TACTOR_WITH_SUITESPARSE)
 The plugin that factors the matrices of elastic bodies by CHOLMOD.
 A program that loads it is under the GNU General Public License as a whole.
 Without it Eigen factors them, which takes several times as long.")
+endif()
+if(TARGET tactor_mujoco)
+  list(APPEND CPACK_COMPONENTS_ALL mujoco)
+  set(CPACK_DEBIAN_MUJOCO_PACKAGE_NAME tactor-mujoco)
+  set(CPACK_DEBIAN_MUJOCO_PACKAGE_SECTION science)
+  set(CPACK_DEBIAN_MUJOCO_PACKAGE_DEPENDS "${same}")
+  set(CPACK_COMPONENT_MUJOCO_DESCRIPTION "MuJoCo as the physics of Tactor
+The plugin that moves scenes of MuJoCo with the virtual coupling in its solver,
+and that continues them between two results.")
 endif()
 if(TACTOR_WITH_PYTHON)
   list(APPEND CPACK_COMPONENTS_ALL python)

@@ -13,7 +13,7 @@ import unittest
 from harness import HAS_MESHES, HAS_VIEW, ROOT, VERSION
 
 BUILD = pathlib.Path(os.environ.get("TACTOR_BUILD", ROOT / "build/release"))
-COMPONENTS = {"tactor": "runtime", "tactor-cgal": "cgal", "tactor-suitesparse": "suitesparse", "libtactor-dev": "dev", "python3-tactor": "python"}
+COMPONENTS = {"tactor": "runtime", "tactor-cgal": "cgal", "tactor-suitesparse": "suitesparse", "tactor-mujoco": "mujoco", "libtactor-dev": "dev", "python3-tactor": "python"}
 # Of the specification of SPDX 2.3, what a bill like ours may hold.
 RELATIONS = {"DESCRIBES", "CONTAINS", "DEPENDS_ON", "DYNAMIC_LINK", "STATIC_LINK", "BUILD_DEPENDENCY_OF", "BUILD_TOOL_OF"}
 FILE_TYPES = {"SOURCE", "BINARY", "TEXT", "OTHER"}
