@@ -30,8 +30,8 @@ class CarriedForce {
 
   ForceState at(Time now, const LocalRollout& rollout, const Twist& a_D);
   /// From where another rollout has tool and handle at the sample's time, with the tool's acceleration.
-  ForceState at(Time now, Time sampled, const PhysicsState& state, const CouplingParameters& coupling,
-                const Twist& a_T, const Twist& a_D);
+  ForceState at(Time now, Time sampled, const PhysicsState& state, const CouplingParameters& coupling, const Twist& a_T,
+                const Twist& a_D);
 
  private:
   /// What is foretold of a force, or of a torque.

@@ -65,8 +65,7 @@ void declare_trust(Declare<MujocoRollout>& node) {
 }  // namespace
 
 void MujocoRollout::declare_metrics(Declare<MujocoRollout>& node) {
-  node.metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither,
-              &MujocoRollout::rolled_ticks_)
+  node.metric("rollout.ticks", "1", "ticks that went on with the model", Better::neither, &MujocoRollout::rolled_ticks_)
       .metric("rollout.held_ticks", "1", "ticks that held a force", Better::lower, &MujocoRollout::held_ticks_)
       .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower, &MujocoRollout::held_ticks_)
       .summed()
@@ -224,8 +223,7 @@ void MujocoRollout::step(StepContext& context) {
   if (const auto fault = segment_if_not_finite(now, {to.value, to.rate})) return segment.send(intake_.valid(), *fault);
   // A sample that is finite and yet absurd would else be blended out for long.
   to.rate = limited(to.rate, coupling_, 1 / tick_.seconds());
-  ForceSegment shown =
-      blended_.go_on(now, to, one_tick_later(to, tick_, coupling_), corrected || hold != held_);
+  ForceSegment shown = blended_.go_on(now, to, one_tick_later(to, tick_, coupling_), corrected || hold != held_);
   // Zero would say nothing.
   shown.trust_time = std::max(trust_.time(), Duration{1});
   if (intake_.running() && corrected) blended_.count_correction();

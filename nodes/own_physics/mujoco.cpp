@@ -12,9 +12,12 @@ NodeInfo MujocoPhysics::declare() {
           "the constraint solver. They are solved together with the contacts, by implicit Euler, so a stiff coupling "
           "is stable at long sub-steps.\nThe scene of the graph needs a moving body for the tool, which serves the "
           "coupling and the metrics. It has the mass of the model's tool, and turns (`motion: rigid`) if the model's "
-          "tool has a free joint. Other moving bodies of the scene are found in the model by their names. Shapes, "
-          "materials and the gravity of the scene are not used.\nActuators keep the controls of `keyframe`. The "
-          "integrator RK4 of a model is replaced by Euler, as `mj_step2` does. A run ends with an error if MuJoCo warns "
+          "tool has a free joint. Other moving bodies of the scene are found in the model by their names. The gravity "
+          "of "
+          "the scene is that of the model. Shapes and materials of the scene are not used.\nActuators keep the "
+          "controls of `keyframe`. The "
+          "integrator RK4 of a model is replaced by Euler, as `mj_step2` does. A run ends with an error if MuJoCo "
+          "warns "
           "of an unstable scene, because MuJoCo resets such a scene silently.\nThe node needs the plugin "
           "tactor_mujoco.")
       .on_thread("physics")
@@ -67,8 +70,8 @@ void MujocoPhysics::step(StepContext& context) {
       motion_.begin(sample, spring->value, start_at_device_);
       begun_ = true;
     } else if (!motion_.advance(sample, spring->value, contacts.wanted() ? &found_ : nullptr)) {
-      throw RunError("node " + name_ + ": MuJoCo cannot go on at " + std::to_string(motion_.time().seconds()) + " s: " +
-                     motion_.engine().failure());
+      throw RunError("node " + name_ + ": MuJoCo cannot go on at " + std::to_string(motion_.time().seconds()) +
+                     " s: " + motion_.engine().failure());
     }
   }
   if (!moved) return;

@@ -7,15 +7,17 @@ namespace tactor {
 NodeInfo MujocoPredictor::declare() {
   Declare<MujocoPredictor> node("prediction.mujoco", "Simulates MuJoCo's scene from each physics result to now.");
   node.details(
-          "A result of physics.mujoco is late by its computing time, and the hand has moved on. The node has a scene of "
+          "A result of physics.mujoco is late by its computing time, and the hand has moved on. The node has a scene "
+          "of "
           "MuJoCo of its own. It puts it into the state of the result and moves it through the real samples of the "
-          "handle since then, by the same steps as physics, but shorter ones. interpolation.mujoco continues from there "
+          "handle since then, by the same steps as physics, but shorter ones. interpolation.mujoco continues from "
+          "there "
           "tick by tick. Nothing is approximated but the motion of the next tick: contacts, joints and actuators are "
           "MuJoCo's own.\nThe node takes as long for a result as its sub-steps take; it is not for the real-time "
           "lane.\nGoing back to the time of the result comes from the Smith predictor (O. Smith, 1957).")
-      .input("engine", &MujocoPredictor::engine,
-             {.doc = "all that MuJoCo needs to go on from a result, as physics.mujoco sends it",
-              .trigger = Trigger::yes})
+      .input(
+          "engine", &MujocoPredictor::engine,
+          {.doc = "all that MuJoCo needs to go on from a result, as physics.mujoco sends it", .trigger = Trigger::yes})
       .input("device", &MujocoPredictor::device,
              {.doc = "every sample of the handle", .queue = {QueuePolicy::drop_oldest, 2048}})
       .output("model", &MujocoPredictor::model, "the same by now, with the stamp of the result")

@@ -27,9 +27,9 @@ struct EngineNumbers {
 
 /// The tool after a step.
 struct EngineTool {
-  Pose X_WT;           ///< m, its origin the centre of mass
-  Twist V_WT;          ///< m/s, rad/s
-  Wrench contact_T_W;  ///< N and N m, of the contacts in the last step, about the tool's origin
+  Pose X_WT;                  ///< m, its origin the centre of mass
+  Twist V_WT;                 ///< m/s, rad/s
+  Wrench contact_T_W;         ///< N and N m, of the contacts in the last step, about the tool's origin
   std::int32_t contacts = 0;  ///< contacts that carried force
 };
 
@@ -43,6 +43,8 @@ class CoupledEngine {
 
   /// kg, of the tool and all that hangs on it.
   [[nodiscard]] virtual double tool_mass() const = 0;
+  /// m/s^2.
+  [[nodiscard]] virtual Vec3 gravity_W() const = 0;
   /// False where the tool keeps its orientation.
   [[nodiscard]] virtual bool tool_rotates() const = 0;
   /// Why a step of this model may allocate memory; empty where none does.

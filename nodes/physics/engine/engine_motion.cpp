@@ -80,9 +80,9 @@ std::optional<EngineState> EngineMotion::state(ArrayPool<double>& pool, const En
   return EngineState{.time = sample_.stamp.valid,
                      .device = sample_.value,
                      .p_WT_result = result != nullptr ? result->p_WT_result : engine_->tool().X_WT.p,
-                     .wrench_result = result != nullptr ? result->wrench_result
-                                                        : coupling_wrench(coupling_, tool_and_handle(),
-                                                                          engine_->tool_rotates()),
+                     .wrench_result = result != nullptr
+                                          ? result->wrench_result
+                                          : coupling_wrench(coupling_, tool_and_handle(), engine_->tool_rotates()),
                      .coupling = coupling_,
                      .position = std::move(*position),
                      .velocity = std::move(*velocity),

@@ -21,8 +21,7 @@ namespace tactor {
 class EngineMotion {
  public:
   /// `substep`: the longest sub-step, s.
-  EngineMotion(std::unique_ptr<CoupledEngine> engine, double substep)
-      : engine_(std::move(engine)), substep_(substep) {}
+  EngineMotion(std::unique_ptr<CoupledEngine> engine, double substep) : engine_(std::move(engine)), substep_(substep) {}
 
   /// Begins at that sample; `at_handle`: with the tool at the handle.
   void begin(const Stamped<DeviceState>& sample, const CouplingParameters& coupling, bool at_handle);

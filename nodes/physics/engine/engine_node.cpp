@@ -12,8 +12,8 @@ namespace tactor {
 
 namespace {
 
-/// Relative difference of the two masses that counts as none.
-constexpr double same_mass = 1e-3;
+/// Relative difference of the two masses, and of the two gravities in m/s^2, that counts as none.
+constexpr double same_mass = 1e-3, same_gravity = 1e-3;
 
 std::string kilograms(double mass) {
   std::array<char, 32> text{};
@@ -51,6 +51,15 @@ std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const Engine
   EngineModel model{.file = params.model, .tool = params.tool, .keyframe = params.keyframe};
   for (std::size_t i = 1; i < moving.size(); ++i) model.bodies.push_back(scene.bodies[moving[i]].name);
   auto engine = load_mujoco_plugin(type).engine(model);
+  const Vec3 g = engine->gravity_W();
+  if (norm(g - scene.gravity_W) > same_gravity) {
+    std::array<char, 64> text{};
+    std::snprintf(text.data(), text.size(), "[%.4g, %.4g, %.4g]", g.x, g.y, g.z);
+    throw ValueError("scene.gravity", type + ": the gravity of " + params.model.string() + " is " + text.data() +
+                                          " m/s^2, and the metrics count the energy with the scene's; expected "
+                                          "gravity: " +
+                                          text.data());
+  }
   compare_tools(type, scene.bodies[moving.front()], params, *engine);
   return engine;
 }

@@ -9,15 +9,16 @@ namespace tactor {
 /// The state of a foreign engine at a sample of the handle. Its message is stamped as the physics result that it comes
 /// from. The arrays are in the engine's order and units, from which it goes on to the last bit.
 struct EngineState {
-  Time time;                     ///< of the sample of the handle that the engine was brought to
-  DeviceState device;            ///< that sample
-  Vec3 p_WT_result;              ///< m, of the tool in the physics result
-  Wrench wrench_result;          ///< N and N m, of the coupling on the device in that result, within its limits
-  CouplingParameters coupling;   ///< that the engine was stepped with
-  SharedArray<double> position;  ///< coordinates of all joints
-  SharedArray<double> velocity;  ///< speeds of all degrees of freedom
-  SharedArray<double> activation;    ///< states of the actuators
-  SharedArray<double> acceleration;  ///< of all degrees of freedom in the last step, which the next solution starts from
+  Time time;                       ///< of the sample of the handle that the engine was brought to
+  DeviceState device;              ///< that sample
+  Vec3 p_WT_result;                ///< m, of the tool in the physics result
+  Wrench wrench_result;            ///< N and N m, of the coupling on the device in that result, within its limits
+  CouplingParameters coupling;     ///< that the engine was stepped with
+  SharedArray<double> position;    ///< coordinates of all joints
+  SharedArray<double> velocity;    ///< speeds of all degrees of freedom
+  SharedArray<double> activation;  ///< states of the actuators
+  SharedArray<double>
+      acceleration;  ///< of all degrees of freedom in the last step, which the next solution starts from
 };
 
 template <>

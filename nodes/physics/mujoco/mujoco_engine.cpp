@@ -75,6 +75,9 @@ class MujocoEngine final : public CoupledEngine {
   }
 
   [[nodiscard]] double tool_mass() const override { return model_->body_subtreemass[tool_]; }
+  [[nodiscard]] Vec3 gravity_W() const override {
+    return (model_->opt.disableflags & mjDSBL_GRAVITY) != 0 ? Vec3{} : vector(model_->opt.gravity);
+  }
   [[nodiscard]] bool tool_rotates() const override { return is_free_; }
   [[nodiscard]] std::string allocates() const override {
     if (model_->nbody <= most_sorted_bodies) return {};
@@ -183,8 +186,8 @@ class MujocoEngine final : public CoupledEngine {
                                                      "', and the scene has one that moves; name it as the model does");
       }
       if (m.body_weldid[body] == 0) {
-        throw ValueError("scene.bodies." + name + ".motion", model.file.string() + ": body '" + name +
-                                                                 "' has no joint there; expected motion: fixed");
+        throw ValueError("scene.bodies." + name + ".motion",
+                         model.file.string() + ": body '" + name + "' has no joint there; expected motion: fixed");
       }
       numbers.push_back(body);
     }
