@@ -51,7 +51,7 @@ int newton(E& equations, int most, typename E::Vector& v, double* workspace) {
   bool held = false;
   typename E::Vector left;
   auto H = equations.matrix(workspace);
-  const int most_following = equations.lifts() ? following_lifts : following;
+  int most_following = equations.lifts() ? following_lifts : following;
   for (int i = 0; i < most; ++i) {
     if (!held) {
       held = equations.follow();
@@ -61,7 +61,12 @@ int newton(E& equations, int most, typename E::Vector& v, double* workspace) {
       }
     }
     equations.residual(v, left);
-    if (equations.met(left)) return i;
+    if (equations.met(left)) {
+      if (!equations.lifts() || !equations.drop_lifts()) return i;
+      held = false;
+      most_following = i + following;
+      continue;
+    }
     equations.derivative(H, equations.newton());
     const Eigen::LLT<Eigen::Ref<typename E::Matrix>> factors(H);
     if (factors.info() != Eigen::Success) return -1;

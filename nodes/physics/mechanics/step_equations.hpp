@@ -27,6 +27,7 @@ class StepEquations {
   using Vector3d = Eigen::Vector3d;
   using Plane = RigidStep::Plane;
   static constexpr double bound_tolerance = 1e-4;  // of the friction bounds, where they stop to follow
+  static constexpr double unsettled = 1e-3;        // of a plane's power: of a lift that has settled it is less
   static constexpr double whole = integrator == Integrator::midpoint ? 2 : 1;  // the step, in h
   static constexpr bool one = Dofs != Eigen::Dynamic;
   static constexpr bool soft = Nodes > 0;
@@ -220,11 +221,25 @@ class StepEquations {
     return sum > 0 && change <= bound_tolerance * sum;
   }
 
-  /// Where the lift has not settled, takes the last that was too small: only too large a one would put energy in.
+  /// Where the lift has not settled, takes the last that was too small.
   void hold_lifts() const {
     for (Plane& p : planes_) {
       if (p.lift > 0) p.lifted = std::min(p.lifted, p.lifted_below);
     }
+  }
+  /// Leaves out the lift of planes that put energy in, as only one that has not settled can; true where there are such.
+  /// Needs the planes' forces.
+  bool drop_lifts() const {
+    bool dropped = false;
+    for (Plane& p : planes_) {
+      if (!(p.lift > 0)) continue;
+      const double speed = dot(p.n, p.u);
+      const double stored = (p.push + p.carried - (p.spring + p.inertia) * speed) * speed;
+      if (!(dot(p.force, p.u) - stored > unsettled * norm(p.force) * norm(p.u))) continue;
+      p.lift = p.lifted = 0;
+      dropped = true;
+    }
+    return dropped;
   }
 
   /// The slopes of a plane's force, as Newton's method wants them.
