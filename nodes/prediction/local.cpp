@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "nodes/physics/contact/told_contacts.hpp"
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mechanics/rollout_parameters.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
@@ -100,11 +101,13 @@ NodeInfo LocalPredictor::declare() {
              {.doc = "the moving bodies of a physics result, as dynamics sends them", .trigger = Trigger::yes})
       .input("contacts", &LocalPredictor::contacts,
              {.doc = "the contacts around the bodies; without this input, those of `found`", .required = false})
-      .input("found", &LocalPredictor::found,
-             {.doc = "the contacts that came with the result, from physics that tells them, such as physics.external; "
-                     "without this input and `contacts`, nothing touches",
-              .required = false,
-              .queue = {QueuePolicy::drop_oldest, 8}})
+      .input(
+          "found", &LocalPredictor::found,
+          {.doc = "the contacts that came with the result, each with its law, from physics that tells them, such as "
+                  "physics.external. They are used as planes where nothing feeds `contacts`; without either, nothing "
+                  "touches",
+           .required = false,
+           .queue = {QueuePolicy::drop_oldest, 8}})
       .input("patch", &LocalPredictor::patch,
              {.doc = "the deformable surface around the tool from the same result, as dynamics.deformable sends it",
               .required = false})
@@ -180,18 +183,7 @@ void LocalPredictor::take_contacts(Time result) {
 
 /// Puts the contacts that came with the result into the start, each known at one anchor: where the bodies then were.
 void LocalPredictor::take_found(Time result) {
-  const ContactSet* set = found_sets_.of(result);
-  if (set == nullptr) return;
-  LocalContacts& local = start_.contacts;
-  local.anchors = 1;
-  local.bodies = set->bodies.count;
-  local.count = set->count;
-  local.X_WB[0] = set->bodies.X_WB;
-  for (std::int32_t i = 0; i < std::min(set->count, LocalContacts::capacity); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    local.contact[k][0] = set->contact[k];
-    local.pair[k] = set->pair[k];
-  }
+  if (const ContactSet* set = found_sets_.of(result)) take_told(*set, start_.contacts);
 }
 
 /// Puts what deforms into the start. False where it is not there, or not of the result of that time.
@@ -250,9 +242,11 @@ void LocalPredictor::fit_contacts(const Stamped<BodyStates>& result) {
     const Wrench& felt = physics->value.contact_T_W;
     const int touching = physics->value.contacts;
     const ContactSet* set = used.connected() ? used_sets_.of(result.stamp.valid) : nullptr;
+    const Twist acceleration = rollout_.acceleration_of(physics->value, start_.coupling);
     const FitOutcome outcome =
-        set != nullptr ? fit_.take(result.stamp.valid, contact_planes(*set), result.value, massless, felt, touching)
-                       : fit_.take(result.stamp.valid, start_.contacts, result.value, massless, felt, touching);
+        set != nullptr
+            ? fit_.take(result.stamp.valid, contact_planes(*set), result.value, massless, felt, touching, acceleration)
+            : fit_.take(result.stamp.valid, start_.contacts, result.value, massless, felt, touching, acceleration);
     const bool compared = outcome != FitOutcome::unusable && outcome != FitOutcome::repeated;
     if (compared) start_.law_error = fit_.law_error();
     if (!compared) ++left_out_of_fit_;

@@ -30,14 +30,18 @@ constexpr double sure_to_slide = 2;  // times the stick velocity
 constexpr double surprise = 9;       // three standard deviations, squared
 constexpr int iterations = 20;
 
-Vec3 velocity_at(const BodyStates& bodies, std::int32_t i, const Vec3& p_W) {
-  if (i == ContactPair::fixed) return {};
-  const auto body = static_cast<std::size_t>(i);
-  return bodies.V_WB[body].v + cross(bodies.V_WB[body].w, p_W - bodies.X_WB[body].p);
-}
-
 bool of_tool(const ContactPair& pair) {
   return pair.body == 0 || pair.other == 0;
+}
+
+/// N, what inertia and lift add to the normal force `alone` of a contact of the tool. `rate`, m/s^2: of the relative
+/// velocity along the normal; `speed`, m/s: of sliding.
+double beyond_spring(const Contact& c, double alone, double rate, double speed) {
+  const double with_inertia = alone - c.inertia * c.weight * rate;
+  const double lift = c.lift * c.friction * c.damping * c.weight;
+  const double give = c.weight > 0 ? c.creep * c.friction / c.weight : 0;
+  const double with_lift = std::max(0.0, (with_inertia + lift * speed) / (1 + lift * give));
+  return with_inertia - alone + lift * std::max(0.0, speed - give * with_lift);
 }
 
 /// The variance of what is not known at all; of a scale well above 1 it is the share that is not known.
@@ -82,7 +86,7 @@ bool ContactFit::Materials::any_of(const Materials& others) const {
 }
 
 /// Sets what pushes the tool where the bodies are, with its levers and the noise of its depths; returns how many do.
-int ContactFit::collect(const BodyStates& bodies, bool massless, Materials& materials) {
+int ContactFit::collect(const BodyStates& bodies, bool massless, const Twist& acceleration, Materials& materials) {
   push_count_ = 0;
   lowest_ = 0;
   double depth_variance = 0, levers = 0, sum = 0;
@@ -93,18 +97,24 @@ int ContactFit::collect(const BodyStates& bodies, bool massless, Materials& mate
     const ContactPlanes plane{
         std::span(bodies.X_WB).first(static_cast<std::size_t>(bodies.count)), {&c, 1}, {&pair, 1}};
     if (!usable(plane, 0, bodies.count)) continue;
-    const double k = c.stiffness * c.weight, b = massless ? 0 : c.damping * c.weight;
+    const bool apart = !(c.distance < 0);
+    const double k = c.stiffness * c.weight, b = massless || (apart && c.inertia > 0) ? 0 : c.damping * c.weight;
     const Vec3 p_W = transform(bodies.X_WB[static_cast<std::size_t>(pair.body)], c.p_TC);
-    const Vec3 u = velocity_at(bodies, pair.body, p_W) - velocity_at(bodies, pair.other, p_W);
-    const double approach = dot(c.n_W, u);
-    const double N = -k * c.distance - b * approach;
+    const Vec3 u = relative_velocity(bodies, pair, p_W);
+    const double approach = dot(c.n_W, u), sign = pair.body == 0 ? 1 : -1;
+    const Vec3 u_t = u - approach * c.n_W;
+    const double speed = norm(u_t);
+    double N = -k * c.distance - b * approach;
+    if (!massless && !apart && (c.inertia > 0 || c.lift > 0)) {
+      const Vec3 rate = acceleration.v + cross(acceleration.w, p_W - bodies.X_WB[0].p);
+      N += beyond_spring(c, N, sign * dot(c.n_W, rate), speed);
+    }
     if (!(N > 0)) continue;
     Push& push = pushes_[static_cast<std::size_t>(push_count_++)];
-    const Vec3 u_t = u - approach * c.n_W;
-    const double speed = norm(u_t), sign = pair.body == 0 ? 1 : -1;
     push.N = N;
     push.friction = c.friction;
     push.slides = speed > sure_to_slide * stick_velocity_;
+    if (c.creep > 0) push.slides = push.slides && c.weight * speed > sure_to_slide * c.creep * c.friction * N;
     push.n = sign * c.n_W;
     push.lever = rotates_ ? p_W - bodies.X_WB[0].p : Vec3{};
     push.rub << eigen(speed > 0 ? (-sign * N / speed) * u_t : Vec3{}), 0, 0, 0;
@@ -314,7 +324,7 @@ FitOutcome ContactFit::update(const Vector6& measured, const Materials& material
 }
 
 FitOutcome ContactFit::take(Time valid, const LocalContacts& contacts, const BodyStates& bodies, bool massless,
-                            const Wrench& contact_T_W, int touching) {
+                            const Wrench& contact_T_W, int touching, const Twist& acceleration) {
   if (any_ && valid <= last_) return FitOutcome::repeated;
   if (!is_scene(contacts, bodies, bodies.count)) return FitOutcome::unusable;
   count_ = 0;
@@ -323,11 +333,11 @@ FitOutcome ContactFit::take(Time valid, const LocalContacts& contacts, const Bod
     pairs_[count_] = contacts.pair[i];
     contacts_[count_++] = contact_now(contacts, i, bodies);
   }
-  return take_gathered(valid, bodies, massless, contact_T_W, touching);
+  return take_gathered(valid, bodies, massless, contact_T_W, touching, acceleration);
 }
 
 FitOutcome ContactFit::take(Time valid, const ContactPlanes& planes, const BodyStates& bodies, bool massless,
-                            const Wrench& contact_T_W, int touching) {
+                            const Wrench& contact_T_W, int touching, const Twist& acceleration) {
   if (any_ && valid <= last_) return FitOutcome::repeated;
   if (!is_scene({}, bodies, bodies.count) || planes.planes.size() > contacts_.size()) return FitOutcome::unusable;
   count_ = 0;
@@ -340,16 +350,16 @@ FitOutcome ContactFit::take(Time valid, const ContactPlanes& planes, const BodyS
     c.distance = now.distance;
     pairs_[count_++] = planes.pairs[i];
   }
-  return take_gathered(valid, bodies, massless, contact_T_W, touching);
+  return take_gathered(valid, bodies, massless, contact_T_W, touching, acceleration);
 }
 
 FitOutcome ContactFit::take_gathered(Time valid, const BodyStates& bodies, bool massless, const Wrench& contact_T_W,
-                                     int touching) {
+                                     int touching, const Twist& acceleration) {
   Vector6 measured;
   measured << eigen(contact_T_W.force), eigen(rotates_ ? contact_T_W.torque : Vec3{});
   if (!std::isfinite(measured.squaredNorm())) return FitOutcome::unusable;
   Materials materials;
-  const bool pushes = collect(bodies, massless, materials) > 0;
+  const bool pushes = collect(bodies, massless, acceleration, materials) > 0;
   measured.tail<3>() /= lever_;
   if (touching <= 0 || !pushes) {
     const Vector2d at(error_.stiffness_scale, error_.friction_excess);

@@ -15,7 +15,7 @@ namespace tactor {
 
 /// What is wrong with a model of contacts, as two numbers for all contacts of the tool.
 struct ContactError {
-  double stiffness_scale = 1;  ///< multiplies stiffness and damping
+  double stiffness_scale = 1;  ///< multiplies stiffness, damping and inertia
   double friction_excess = 0;  ///< is added to each Coulomb coefficient; what comes out is 0 at least
 };
 
@@ -31,12 +31,13 @@ enum class FitOutcome : std::uint8_t {
 
 /// A Kalman filter of (a, e), the stiffness scale and the friction excess. At a result of physics the contacts of the
 /// model, where the bodies are then, would push the tool by
-///   h(a, e) = a sum_i N_i (n_i + max(0, mu_i + e) t_i),   N_i = max(0, -k_i d_i - b_i n_i . u_i),
-///   t_i = -u_ti / |u_ti|,
-/// a force and a torque about the tool's origin, with d_i the distance there, u_i the relative velocity at the contact
-/// and k_i, b_i stiffness and damping times weight: the law of RigidStep. Physics' own contact wrench is compared with
-/// it; weight and coupling are in neither. The torque is divided by the root mean square of the levers, weighted with
-/// N_i, so that all is in N; of a tool that does not rotate it is left out.
+///   h(a, e) = a sum_i N_i (n_i + max(0, mu_i + e) t_i),   t_i = -u_ti / |u_ti|,
+///   N_i = max(0, -k_i d_i - b_i n_i . u_i - m_i n_i . u_i' + l_i b_i mu_i s_i),
+/// a force and a torque about the tool's origin, with d_i the distance there, u_i the relative velocity at the contact,
+/// u_i' its rate by the tool's acceleration, k_i, b_i, m_i stiffness, damping and inertia times weight, l_i the lift
+/// and s_i the sliding beyond the creep: the law of RigidStep. Physics' own contact wrench is compared with it; weight
+/// and coupling are in neither. The torque is divided by the root mean square of the levers, weighted with N_i, so that
+/// all is in N; of a tool that does not rotate it is left out.
 ///
 /// Each number of the wrench has the standard deviation r, r^2 = (20 mN)^2 + (5 % of F)^2 + a^2 sum_i (k_i 2 um)^2,
 /// with F the norm of physics' force or a sum_i N_i (1 + max(0, mu_i + e)), whichever is more. So a small force tells
@@ -44,10 +45,10 @@ enum class FitOutcome : std::uint8_t {
 /// of the difference h has no slope for, whatever a and e, raises the variance: by its mean square in units of r, if
 /// above 1.
 ///
-/// A contact that creeps at less than twice the stick velocity sticks: its friction is anything within the cone. Then
-/// it is an unknown force in the plane of the contact, whose variance, (10 a N_i (1 + max(0, mu_i + e)))^2 in each
-/// direction, adds to that of the wrench. Only if it is more than the friction of the model could hold does it raise e,
-/// along the direction in which the contacts creep.
+/// A contact that creeps at less than twice the stick velocity, or than twice its own creep, sticks: its friction is
+/// anything within the cone. Then it is an unknown force in the plane of the contact, whose variance, (10 a N_i (1 +
+/// max(0, mu_i + e)))^2 in each direction, adds to that of the wrench. Only if it is more than the friction of the
+/// model could hold does it raise e, along the direction in which the contacts creep.
 ///
 /// Both numbers may drift, by 0.4 % and 0.004, with each result that tells of them to better than a half, and with
 /// nothing else. What lies within three standard deviations of what is expected is met at once. Of what lies beyond,
@@ -70,13 +71,13 @@ class ContactFit {
 
   /// `contacts`: as declared, around `bodies`, those of the result that is valid at `valid`; `massless`: the tool was
   /// moved without its inertia, hence without dampers. `contact_T_W`, N and N m about the tool's origin: of
-  /// `touching` contacts.
+  /// `touching` contacts. `acceleration`: m/s^2 and rad/s^2, of the tool then, which contacts with inertia feel.
   FitOutcome take(Time valid, const LocalContacts& contacts, const BodyStates& bodies, bool massless,
-                  const Wrench& contact_T_W, int touching);
+                  const Wrench& contact_T_W, int touching, const Twist& acceleration = {});
   /// The same with the contacts that dynamics itself used, as planes. With these an old or coarse query makes no
   /// difference, and what is left comes from another law of contact.
   FitOutcome take(Time valid, const ContactPlanes& planes, const BodyStates& bodies, bool massless,
-                  const Wrench& contact_T_W, int touching);
+                  const Wrench& contact_T_W, int touching, const Twist& acceleration = {});
 
   [[nodiscard]] const ContactError& error() const { return error_; }
   /// The estimate, for the contacts of the tool as declared.
@@ -125,11 +126,11 @@ class ContactFit {
     Eigen::Matrix2d P = Eigen::Matrix2d::Identity();
   };
 
-  FitOutcome take_gathered(Time valid, const BodyStates& bodies, bool massless, const Wrench& contact_T_W,
-                           int touching);
+  FitOutcome take_gathered(Time valid, const BodyStates& bodies, bool massless, const Wrench& contact_T_W, int touching,
+                           const Twist& acceleration);
   FitOutcome learn_from(Time valid, const Vector6& measured, const Materials& materials);
   [[nodiscard]] double left_over(const Vector6& measured) const;
-  int collect(const BodyStates& bodies, bool massless, Materials& materials);
+  int collect(const BodyStates& bodies, bool massless, const Twist& acceleration, Materials& materials);
   [[nodiscard]] Eigen::Matrix<double, 6, 6> noise(const Vector6& measured, const Eigen::Vector2d& at,
                                                   double& base) const;
   [[nodiscard]] Model model(const Eigen::Vector2d& at, bool all_slide) const;

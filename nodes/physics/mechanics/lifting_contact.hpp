@@ -5,18 +5,18 @@
 
 namespace tactor {
 
-/// The force that sliding beyond the creep gives, so that it and the friction are the slope of one convex function of
-/// the velocities: with u_n along the normal, u_t across it, and s = max(0, |u_t| - creep friction N),
+/// A contact whose lift and friction are the slope of one convex function of the velocities: with u_n along the normal,
+/// u_t across it, and s = max(0, |u_t| - creep friction N),
 ///   N = max(0, push - slope u_n + friction share slope s),   friction force = friction N where s > 0, else |u_t| /
 ///   creep.
-/// That is where friction bodies part by `friction` of the slip (MuJoCo's elliptic cone is of this kind). Any other
-/// lift is this one with a change of `push` by the s of the last iteration.
+/// So bodies part by `friction` of what they slip, as in MuJoCo's elliptic cone. Another lift is this one with another
+/// push, as the s of the iteration before wants it.
 struct LiftingContact {
   double push = 0;      ///< N, at zero velocity
   double slope = 0;     ///< N s/m
   double friction = 0;  ///< Coulomb coefficient
   double creep = 0;     ///< m/s per N
-  double share = 1;     ///< of the change of u_n that |u_t| has for the same change of the bodies' velocities, inverse
+  double share = 1;     ///< change of u_n over that of |u_t| where the bodies' unknown velocities change alike
 
   /// What it does at some velocity.
   struct At {

@@ -7,7 +7,9 @@
 #include <Eigen/Cholesky>
 
 #include "nodes/physics/contact/moved_on.hpp"
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
+#include "nodes/physics/mechanics/free_rotation.hpp"
 #include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
@@ -225,6 +227,25 @@ PhysicsState LocalRollout::state() const {
           .contact_T_W = last_.contact_T_W,
           .contacts = last_.touching,
           .damped = last_.outcome == StepOutcome::converged ? 0 : 1};
+}
+
+Twist LocalRollout::acceleration_of(const PhysicsState& state, const CouplingParameters& coupling) const {
+  if (coupling.massless != 0) return {};
+  const BodyModel& tool = step_.model().body[0];
+  const CouplingParameters unlimited{.k_t = coupling.k_t,
+                                     .b_t = coupling.b_t,
+                                     .k_r = coupling.k_r,
+                                     .b_r = coupling.b_r,
+                                     .force_max = largest,
+                                     .torque_max = largest};
+  const Wrench sum = state.contact_T_W - coupling_wrench(unlimited, state, tool.rotates);
+  Twist acceleration{step_.model().gravity_W + (1 / tool.mass) * sum.force, {}};
+  if (tool.rotates) {
+    const Eigen::Matrix3d inertia = inertia_W(tool.inertia_B, state.X_WT.R);
+    const Eigen::Vector3d w = eigen(state.V_WT.w), spin = inertia * w;
+    acceleration.w = plain(inertia.ldlt().solve(eigen(sum.torque) - w.cross(spin)));
+  }
+  return acceleration;
 }
 
 double LocalRollout::distance_from_known() const {

@@ -63,6 +63,8 @@ class LocalRollout {
   [[nodiscard]] PhysicsState state() const;
   /// m/s^2 and rad/s^2, of the tool over the last step, be it before the last restart.
   [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
+  /// m/s^2 and rad/s^2, of a tool that physics has in `state`, by weight, spring and contacts; zero without inertia.
+  [[nodiscard]] Twist acceleration_of(const PhysicsState& state, const CouplingParameters& coupling) const;
   /// How far the tool is from where its surroundings are known, m: from the nearest anchor of the contacts, where the
   /// last step was on those, and from where the result has it, where there is a patch, which was made around that.
   /// Zero where neither is.

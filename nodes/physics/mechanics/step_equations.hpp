@@ -11,8 +11,7 @@
 
 #include "nodes/physics/mechanics/eigen.hpp"
 #include "nodes/physics/mechanics/free_rotation.hpp"
-#include "nodes/physics/mechanics/lifting_contact.hpp"
-#include "nodes/physics/mechanics/normal_force.hpp"
+#include "nodes/physics/mechanics/plane_forces.hpp"
 #include "nodes/physics/mechanics/rigid_step.hpp"
 
 namespace tactor {
@@ -200,19 +199,15 @@ class StepEquations {
   };
 
   /// The force of a plane on its moving body at relative velocity u, with its friction bound.
-  [[nodiscard]] Vec3 force(const Plane& p, const Vec3& u) const {
-    if (p.lift > 0) return lifting_force(p, u);
-    const double normal = normal_at(p, dot(p.n, u)).force;
-    if (normal == 0 && p.bound == 0) return {};
-    return normal * p.n - rub(p, p.bound, slide(p, u).u_t);
-  }
+  [[nodiscard]] Vec3 force(const Plane& p, const Vec3& u) const { return law_.force(p, u); }
 
-  /// Lets the friction bounds follow the normal forces; returns true where they hardly changed, nor what sliding lifts.
+  /// Lets the friction bounds, and what sliding lifts, follow the normal forces; returns true where they hardly
+  /// changed.
   bool follow() const {
     double change = 0, sum = 0;
     for (Plane& p : planes_) {
-      if (p.lift > 0) change += p.friction * follow_lift(p);
-      const double bound = p.friction * (p.lift > 0 ? lifting_at(p, p.u).normal : normal_at(p, dot(p.n, p.u)).force);
+      if (p.lift > 0) change += p.friction * law_.follow_lift(p);
+      const double bound = p.friction * law_.normal(p);
       change += std::abs(bound - p.bound);
       sum += bound;
       p.bound = bound;
@@ -233,9 +228,7 @@ class StepEquations {
     bool dropped = false;
     for (Plane& p : planes_) {
       if (!(p.lift > 0)) continue;
-      const double speed = dot(p.n, p.u);
-      const double stored = (p.push + p.carried - (p.spring + p.inertia) * speed) * speed;
-      if (!(dot(p.force, p.u) - stored > unsettled * norm(p.force) * norm(p.u))) continue;
+      if (!(law_.power(p) > unsettled * norm(p.force) * norm(p.u))) continue;
       p.lift = p.lifted = 0;
       dropped = true;
     }
@@ -244,24 +237,7 @@ class StepEquations {
 
   /// The slopes of a plane's force, as Newton's method wants them.
   [[nodiscard]] auto newton() const {
-    return [this](const Plane& p, Matrix3d& S) {
-      if (p.lift > 0) return lifting_slope(p, S);
-      const double normal = normal_at(p, dot(p.n, p.u)).slope;
-      if (normal == 0 && p.bound == 0) return false;
-      const auto [u_t, back] = slide(p, p.u);
-      const double sliding = norm(u_t);
-      const double stick = stick_velocity(p, p.bound);
-      const double rough = whole * p.bound / std::max(sliding, stick);
-      // Of no direction where it sticks.
-      const Vec3 t = sliding > stick ? (1 / sliding) * u_t : Vec3{};
-      for (int b = 0; b < 3; ++b) {
-        for (int a = 0; a < 3; ++a) {
-          S(a, b) = (normal - rough) * p.n[a] * p.n[b] - rough * t[a] * t[b] + (a == b ? rough : 0);
-        }
-      }
-      if constexpr (midpoint) S -= rough * eigen(back) * eigen(back).transpose();
-      return true;
-    };
+    return [this](const Plane& p, Matrix3d& S) { return law_.slope(p, S); };
   }
 
   /// The slopes with springs of both signs where bodies overlap, and friction viscous.
@@ -269,7 +245,7 @@ class StepEquations {
     return [this](const Plane& p, Matrix3d& S) {
       if (p.push <= 0) return false;
       const Vector3d n = eigen(p.n);
-      const double across = viscosity(p);
+      const double across = law_.viscosity(p);
       S = (p.spring + p.damping - across) * n * n.transpose();
       S.diagonal().array() += across;
       return true;
@@ -282,7 +258,7 @@ class StepEquations {
       p.force = {};
       if (p.push <= 0) continue;
       const double speed = dot(p.n, p.u);
-      p.force = (p.push - (p.spring + p.damping) * speed + p.carried) * p.n - viscosity(p) * (p.u - speed * p.n);
+      p.force = (p.push - (p.spring + p.damping) * speed + p.carried) * p.n - law_.viscosity(p) * (p.u - speed * p.n);
       apply_both(p, left);
     }
   }
@@ -319,15 +295,7 @@ class StepEquations {
 
   /// The force that a plane has at the end of the step, given its velocity and its force for that. Of implicit Euler it
   /// is the same.
-  [[nodiscard]] Vec3 force_at_end(const Plane& p) const {
-    if constexpr (!midpoint) return p.force;
-    const Vec3 u = velocity_at_end(p, p.u);
-    const double lifted = p.lift > 0 ? p.lift * lifting_at(p, p.u).slip : 0;
-    const double more = p.carried + lifted - p.inertia * dot(p.n, p.u);
-    const double normal =
-        std::max(0.0, p.push - 2 * p.spring * dot(p.n, p.u) - (p.damping - p.inertia) * dot(p.n, u) + more);
-    return normal * p.n - rub(p, p.friction * normal, across(p, u));
-  }
+  [[nodiscard]] Vec3 force_at_end(const Plane& p) const { return law_.force_at_end(p); }
 
   /// What became of the patch, given the velocities and the forces of the planes for them.
   void finish_patch(const Vector& v, SoftPatchMotion& motion) const requires soft {
@@ -467,84 +435,6 @@ class StepEquations {
     }
   }
 
-  [[nodiscard]] NormalForce normal_at(const Plane& p, double speed) const {
-    return normal_force<integrator>(p.push, p.spring, p.damping, speed, p.carried);
-  }
-  [[nodiscard]] Vec3 velocity_at_end(const Plane& p, const Vec3& u) const {
-    if constexpr (!midpoint) return u;
-    return 2 * u - p.u_start;
-  }
-  [[nodiscard]] static Vec3 across(const Plane& p, const Vec3& u) { return u - dot(p.n, u) * p.n; }
-  /// The velocity that friction goes with, and the unit direction in which it does not feel u, where there is one.
-  struct Slide {
-    Vec3 u_t, back;
-  };
-  /// At velocity u: that at the end of the step, less what of it lies between rest and the start's reversed. Within
-  /// those the bodies have turned back during the step, and the whole way went with the start.
-  [[nodiscard]] Slide slide(const Plane& p, const Vec3& u) const {
-    const Vec3 end = across(p, velocity_at_end(p, u));
-    if constexpr (!midpoint) return {end, {}};
-    const Vec3 start = across(p, p.u_start);
-    const double along = dot(end, start), square = dot(start, start);
-    if (along >= 0) return {end, {}};
-    if (along <= -square) return {end + start, {}};
-    return {end - (along / square) * start, (1 / std::sqrt(square)) * start};
-  }
-  /// The speed up to which friction of that bound is viscous.
-  [[nodiscard]] double stick_velocity(const Plane& p, double bound) const {
-    return std::max(model_.stick_velocity, p.creep * bound);
-  }
-  /// What friction of that bound takes at sliding velocity u_t.
-  [[nodiscard]] Vec3 rub(const Plane& p, double bound, const Vec3& u_t) const {
-    return (bound / std::max(norm(u_t), stick_velocity(p, bound))) * u_t;
-  }
-
-  [[nodiscard]] LiftingContact lifting(const Plane& p) const {
-    return {.push = p.push + p.carried + p.lifted,
-            .slope = p.spring + p.damping,
-            .friction = p.friction,
-            .creep = p.bound > 0 ? stick_velocity(p, p.bound) / p.bound : p.creep,
-            .share = 1 / whole};
-  }
-  [[nodiscard]] LiftingContact::At lifting_at(const Plane& p, const Vec3& u) const {
-    return lifting(p).at(dot(p.n, u), norm(slide(p, u).u_t));
-  }
-  /// Changes the push towards the lift that the plane should have at the velocity of now, by the secant of the last
-  /// two iterations; returns how far it was off, N.
-  double follow_lift(Plane& p) const {
-    const double told = (p.lift - p.friction * (p.spring + p.damping) / whole) * lifting_at(p, p.u).slip;
-    const double off = told - p.lifted, change = p.lifted - p.lifted_before;
-    if (off >= 0) p.lifted_below = p.lifted;
-    const double slope = change == 0 ? 0 : std::clamp((told - p.told_before) / change, 0.0, 0.95);
-    p.lifted_before = p.lifted;
-    p.told_before = told;
-    p.lifted += off / (1 - slope);
-    return std::abs(off);
-  }
-  [[nodiscard]] Vec3 lifting_force(const Plane& p, const Vec3& u) const {
-    const LiftingContact contact = lifting(p);
-    const Vec3 u_t = slide(p, u).u_t;
-    const double speed = norm(u_t);
-    const auto at = contact.at(dot(p.n, u), speed);
-    if (at.normal == 0) return {};
-    return at.normal * p.n - (at.slip > 0 ? p.friction * at.normal / speed : 1 / contact.creep) * u_t;
-  }
-  bool lifting_slope(const Plane& p, Matrix3d& S) const {
-    const LiftingContact contact = lifting(p);
-    const auto [u_t, back] = slide(p, p.u);
-    const double speed = norm(u_t);
-    const auto at = contact.at(dot(p.n, p.u), speed);
-    if (at.normal == 0) return false;
-    const bool slips = at.slip > 0;
-    const double rough = whole * (slips ? p.friction * at.normal / speed : 1 / contact.creep);
-    const Vector3d n = eigen(p.n), t = slips ? Vector3d(eigen(u_t) / speed) : Vector3d(Vector3d::Zero());
-    const Vector3d along = n - p.friction * t;
-    S = (contact.slope / at.stretch) * along * along.transpose() -
-        rough * (n * n.transpose() + t * t.transpose() + eigen(back) * eigen(back).transpose());
-    S.diagonal().array() += rough;
-    return true;
-  }
-
   void apply(const Plane& p, int i, const Vec3& r, double share, Vector& left) {
     if (p.force == Vec3{}) return;
     Body& b = body_[index(i)];
@@ -613,12 +503,8 @@ class StepEquations {
     }
   }
 
-  [[nodiscard]] double viscosity(const Plane& p) const {
-    const double bound = p.friction * p.push;
-    return bound / stick_velocity(p, bound);
-  }
-
   const SystemModel& model_;
+  PlaneForces<integrator> law_{model_.stick_velocity};
   const DeviceState& device_;
   double h_;
   const BodyStates& bodies_;
