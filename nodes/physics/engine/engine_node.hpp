@@ -7,6 +7,7 @@
 
 #include "framework/node/declare.hpp"
 #include "nodes/physics/engine/coupled_engine.hpp"
+#include "nodes/physics/engine/model_files.hpp"
 
 namespace tactor {
 
@@ -27,6 +28,7 @@ void declare_engine_model(Declare<N>& node, bool required, double substep) {
   using P = typename N::Params;
   // The template arguments let pointers to the members of the base class convert.
   node.file("model", &P::model, required, "the model, in MuJoCo's format MJCF (.xml)")
+      .includes("model", model_files)
       .text("tool", &P::tool, "tool",
             "the body of the model that hangs on the coupling: a child of the world with a free joint, or with three "
             "slide joints")
