@@ -8,7 +8,6 @@
 
 #include "framework/core/value_error.hpp"
 #include "framework/realtime/allocation_watch.hpp"
-#include "nodes/physics/engine/model_files.hpp"
 #include "tests/own_physics/mujoco_models.hpp"
 #include "tests/support/heap_is_counted.hpp"
 
@@ -128,8 +127,7 @@ BOOST_AUTO_TEST_CASE(at_rest_on_a_plane_contact_coupling_and_weight_balance) {
 }
 
 BOOST_AUTO_TEST_CASE(a_state_that_is_restored_is_gone_on_with_to_the_last_bit) {
-  const auto file =
-      model_file(plane + ball(slides, "0 0 0.012") + R"(<body name="box" pos="0.05 0 0.02"><freejoint/>
+  const auto file = model_file(plane + ball(slides, "0 0 0.012") + R"(<body name="box" pos="0.05 0 0.02"><freejoint/>
       <geom type="box" size="0.03 0.02 0.02" mass="0.1"/></body>)");
   const auto a = engine_of(file), b = engine_of(file);
   BOOST_TEST(a->moving_bodies() == 2);
@@ -235,35 +233,10 @@ BOOST_AUTO_TEST_CASE(steps_and_restarts_allocate_nothing, *boost::unit_test::pre
   BOOST_TEST(stepped);
   std::string heap = plane + ball(slides, "0 0 0.5");
   for (int i = 0; i < 70; ++i) {
-    heap += "<body pos=\"" + std::to_string(0.05 * i) + R"( 0 0.02"><freejoint/><geom type="sphere" size="0.02"/></body>)";
+    heap +=
+        "<body pos=\"" + std::to_string(0.05 * i) + R"( 0 0.02"><freejoint/><geom type="sphere" size="0.02"/></body>)";
   }
   BOOST_TEST(engine_of(model_file(heap))->allocates() != "");
-}
-
-BOOST_AUTO_TEST_SUITE_END()
-
-BOOST_AUTO_TEST_SUITE(model_files_test)
-
-using namespace tactor;
-using namespace tactor::test;
-
-BOOST_AUTO_TEST_CASE(a_model_is_made_of_the_files_that_it_and_its_parts_name) {
-  const TemporaryFolder folder;
-  std::filesystem::create_directory(folder.path() / "meshes");
-  const auto write = [&](const std::string& name, const std::string& text) {
-    std::ofstream(folder.path() / name) << text;
-  };
-  write("meshes/a.stl", "a");
-  write("part.xml", R"(<mujoco><asset><mesh name="a" file='meshes/a.stl'/></asset><include file="whole.xml"/></mujoco>)");
-  write("b.png", "b");
-  write("whole.xml", R"(<mujoco><compiler meshdir="meshes"/><include file="part.xml"/>
-      <asset><texture file = "b.png"/><mesh file="a.stl"/><mesh file="gone.stl"/></asset></mujoco>)");
-  std::vector<std::filesystem::path> files = model_files(folder.path() / "whole.xml");
-  std::sort(files.begin(), files.end());
-  const std::vector<std::filesystem::path> expected{folder.path() / "b.png", folder.path() / "meshes/a.stl",
-                                                    folder.path() / "part.xml"};
-  BOOST_TEST((files == expected));
-  BOOST_CHECK_THROW(model_files(folder.path() / "none.xml"), InputError);
 }
 
 BOOST_AUTO_TEST_SUITE_END()

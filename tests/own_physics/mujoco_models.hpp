@@ -32,8 +32,8 @@ inline const std::string slides = R"(<joint type="slide" axis="1 0 0"/><joint ty
 /// A ball of 50 g and a radius of 10 mm at `place`, whose centre is `off` from the origin of its body.
 inline std::string ball(const std::string& joints, const std::string& place = "0 0 0",
                         const std::string& off = "0 0 0") {
-  return "<body name=\"tool\" pos=\"" + place + "\">" + joints + "<geom type=\"sphere\" size=\"0.01\" mass=\"0.05\" pos=\"" +
-         off + "\"/></body>";
+  return "<body name=\"tool\" pos=\"" + place + "\">" + joints +
+         "<geom type=\"sphere\" size=\"0.01\" mass=\"0.05\" pos=\"" + off + "\"/></body>";
 }
 
 /// A file with a model, in a folder that this process alone has.

@@ -1,0 +1,363 @@
+// The nodes that step MuJoCo: physics, what brings its results to now, and the rollout in the device's loop.
+#include <boost/test/unit_test.hpp>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "framework/core/segment.hpp"
+#include "framework/core/value_error.hpp"
+#include "framework/realtime/allocation_watch.hpp"
+#include "nodes/interpolation/mujoco.hpp"
+#include "nodes/own_physics/mujoco.hpp"
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
+#include "nodes/prediction/mujoco.hpp"
+#include "tests/own_physics/mujoco_models.hpp"
+#include "tests/support/heap_is_counted.hpp"
+#include "tests/support/nodes.hpp"
+
+BOOST_AUTO_TEST_SUITE(mujoco_nodes_test, *boost::unit_test::precondition(tactor::test::NeedsMujoco{}))
+
+using namespace tactor;
+using namespace tactor::test;
+namespace tt = boost::test_tools;
+
+namespace {
+
+constexpr double substep = 2.5e-4;
+
+/// The scene of a ball over a plane, and its model.
+Scene ball_scene() {
+  Scene scene;
+  scene.gravity_W = {};
+  scene.bodies.resize(1);
+  scene.bodies[0].name = "tool";
+  scene.bodies[0].shape = SphereShape{0.01};
+  scene.bodies[0].motion = Motion::translation;
+  scene.bodies[0].mass = 0.05;
+  return scene;
+}
+const Scene& the_scene() {
+  static const Scene scene = ball_scene();
+  return scene;
+}
+const std::filesystem::path& the_model() {
+  static const std::filesystem::path file = model_file(plane + ball(slides, "0 0 0.02"), weightless);
+  return file;
+}
+
+/// Defaults, but for the model, which a graph has to give, and the sub-step.
+template <class N>
+typename N::Params params_of() {
+  typename N::Params params{};
+  for (const ParamInfo& p : N::declare().params) {
+    if (p.default_value) p.assign(&params, *p.default_value);
+  }
+  params.model = the_model();
+  params.substep = substep;
+  return params;
+}
+
+/// A handle that goes into the plane and along it.
+DeviceState handle_at(int ms) {
+  const double t = 1e-3 * ms;
+  DeviceState d;
+  d.X_WD.p = {0.02 * t, 0, 0.013 - 0.006 * std::sin(12 * t)};
+  d.V_WD.v = {0.02, 0, -0.072 * std::cos(12 * t)};
+  return d;
+}
+
+template <class N>
+void give_sample(N& node, int ms) {
+  const DeviceState d = handle_at(ms);
+  node.device.push({at_ms(ms), at_ms(ms), static_cast<std::uint64_t>(ms)}, &d);
+}
+
+/// Physics with every sample of the handle.
+class Physics {
+ public:
+  Physics() : node_(params_of<MujocoPhysics>(), context_for(the_scene())) {
+    node_.device.configure({QueuePolicy::drop_oldest, 4096});
+    node_.coupling.configure({});
+    node_.coupling.push({}, &stiff);
+  }
+  /// Goes on to that sample and returns its state.
+  EngineState go_to(int ms) {
+    for (; next_ <= ms; ++next_) give_sample(node_, next_);
+    StepContext context(at_ms(ms));
+    node_.step(context);
+    BOOST_REQUIRE(node_.engine.pending() == 1U);
+    BOOST_REQUIRE(node_.engine.pending_valid(0).ns == at_ms(ms).ns);
+    const EngineState result = sent(node_.engine);
+    state = sent(node_.state);
+    bodies = sent(node_.bodies);
+    node_.engine.clear_pending();
+    node_.state.clear_pending();
+    node_.bodies.clear_pending();
+    node_.contacts.clear_pending();
+    return result;
+  }
+  [[nodiscard]] Vec3 force() const { return coupling_wrench(stiff, state, false).force; }
+
+  PhysicsState state;
+  BodyStates bodies;
+
+ private:
+  MujocoPhysics node_;
+  int next_ = 0;
+};
+
+/// The rollout with a state now and then.
+class Display {
+ public:
+  explicit Display(const MujocoRollout::Params& params = params_of<MujocoRollout>())
+      : node_(params, context_for(the_scene())) {
+    node_.device.configure({QueuePolicy::drop_oldest, 64});
+    node_.model.configure({});
+  }
+  void give(int result_ms, int ms, const EngineState& state) {
+    node_.model.push({at_ms(result_ms), at_ms(ms), states_++}, &state);
+  }
+  bool tick(int ms) {
+    give_sample(node_, ms);
+    StepContext context(at_ms(ms));
+    node_.step(context);
+    if (node_.segment.pending() == 0) return false;
+    shown = sent(node_.segment);
+    node_.segment.clear_pending();
+    return true;
+  }
+  [[nodiscard]] Vec3 force(int ms) const { return evaluate(shown, at_ms(ms)).force; }
+  [[nodiscard]] double metric(const std::string& name) const { return metrics_of(node_).at(name); }
+
+  ForceSegment shown;
+
+ private:
+  MujocoRollout node_;
+  std::uint64_t states_ = 0;
+};
+
+bool same(const SharedArray<double>& a, const SharedArray<double>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end());
+}
+
+template <class Make>
+std::string refusal(const Make& make) {
+  try {
+    make();
+  } catch (const ValueError& error) {
+    return error.path() + ": " + error.what();
+  }
+  return "taken";
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(physics_starts_at_the_handle_and_stamps_its_results_as_samples) {
+  Physics physics;
+  const EngineState first = physics.go_to(0);
+  BOOST_TEST(norm(physics.state.X_WT.p - handle_at(0).X_WD.p) < 1e-12);
+  BOOST_TEST(first.position.size() == 3U);
+  BOOST_TEST(first.activation.empty());
+  const EngineState later = physics.go_to(130);
+  BOOST_TEST(later.time.ns == at_ms(130).ns);
+  BOOST_TEST(physics.state.contacts == 1);
+  BOOST_TEST(physics.force().z > 1.0);
+  BOOST_TEST(norm(later.wrench_result.force - physics.force()) == 0.0);
+  BOOST_TEST(physics.bodies.count == 1);
+  BOOST_TEST(norm(physics.bodies.X_WB[0].p - physics.state.X_WT.p) == 0.0);
+  BOOST_TEST(norm(physics.bodies.V_WB[0].v - physics.state.V_WT.v) < 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(a_result_that_is_brought_to_now_is_physics_of_now_to_the_last_bit) {
+  Physics late, now;
+  MujocoPredictor predictor(params_of<MujocoPredictor>(), context_for(the_scene()));
+  predictor.device.configure({QueuePolicy::drop_oldest, 2048});
+  predictor.engine.configure({});
+  for (int ms = 0; ms <= 150; ++ms) give_sample(predictor, ms);
+  const EngineState result = late.go_to(120);
+  predictor.engine.push(stamp_ms(120), &result);
+  StepContext context(at_ms(150));
+  predictor.step(context);
+  BOOST_REQUIRE(predictor.model.pending() == 1U);
+  BOOST_TEST(predictor.model.pending_valid(0).ns == at_ms(120).ns);
+  const EngineState moved = sent(predictor.model), expected = now.go_to(150);
+  BOOST_TEST(moved.time.ns == at_ms(150).ns);
+  BOOST_TEST(same(moved.position, expected.position));
+  BOOST_TEST(same(moved.velocity, expected.velocity));
+  BOOST_TEST(same(moved.acceleration, expected.acceleration));
+  BOOST_TEST(!same(moved.position, result.position));
+  // What is told of the result stays that of the result.
+  BOOST_TEST(norm(moved.wrench_result.force - result.wrench_result.force) == 0.0);
+  BOOST_TEST(metrics_of(predictor).at("prediction.resimulated_steps") == 120.0);
+  EngineState broken = result;
+  broken.coupling.k_t = std::nan("");
+  predictor.engine.push(stamp_ms(121, 1), &broken);
+  predictor.model.clear_pending();
+  predictor.step(context);
+  BOOST_TEST(predictor.model.pending() == 0U);
+  BOOST_TEST(metrics_of(predictor).at("prediction.rejected_results") == 1.0);
+}
+
+BOOST_AUTO_TEST_CASE(at_physics_own_step_the_rollout_shows_the_force_of_physics) {
+  for (const auto restart : {MujocoRollout::Params::Restart::always, MujocoRollout::Params::Restart::on_disagreement}) {
+    auto params = params_of<MujocoRollout>();
+    params.restart = restart;
+    Physics truth, late;
+    Display display(params);
+    double worst = 0, largest = 0;
+    for (int ms = 0; ms <= 600; ++ms) {
+      const EngineState now = truth.go_to(ms);
+      // Every 10 ms a result of 10 ms ago, which is brought to now.
+      if (ms % 10 == 0 && ms > 0) {
+        EngineState moved = now;
+        moved.wrench_result = late.go_to(ms - 10).wrench_result;
+        moved.p_WT_result = late.state.X_WT.p;
+        display.give(ms - 10, ms, moved);
+      }
+      if (!display.tick(ms)) continue;
+      worst = std::max(worst, norm(display.force(ms) - truth.force()));
+      largest = std::max(largest, norm(truth.force()));
+    }
+    BOOST_TEST(largest > 2.0);
+    BOOST_TEST(worst < 1e-9);
+    BOOST_TEST(display.metric("rollout.estimated_error_N") < 1e-9);
+    BOOST_TEST(display.metric("rollout.estimated_hold_error_N") > 0.01);
+    BOOST_TEST(display.metric("fallbacks") == 0.0);
+    BOOST_TEST(display.metric("rollout.moving_bodies") == 1.0);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(without_results_the_last_force_is_held_and_a_new_result_takes_over) {
+  Physics physics;
+  auto params = params_of<MujocoRollout>();
+  params.trust_time = Duration::from_seconds(0.05);
+  params.trust_time_max = Duration::from_seconds(0.05);
+  Display display(params);
+  BOOST_TEST(!display.tick(99));
+  display.give(100, 100, physics.go_to(100));
+  for (int ms = 100; ms < 200; ++ms) BOOST_REQUIRE(display.tick(ms));
+  const Vec3 held = display.force(200);
+  BOOST_TEST(norm(held) > 0.5);
+  physics.go_to(149);
+  BOOST_TEST(norm(held - physics.force()) < 1e-9);
+  BOOST_TEST(display.metric("rollout.held_ticks") == 50.0);
+  display.give(200, 200, physics.go_to(200));
+  for (int ms = 200; ms < 240; ++ms) BOOST_REQUIRE(display.tick(ms));
+  physics.go_to(239);
+  BOOST_TEST(norm(display.force(239) - physics.force()) < 1e-6);
+  BOOST_TEST(display.metric("rollout.ticks") == 90.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_step_that_fails_holds_the_force_until_the_next_result) {
+  Physics physics;
+  MujocoRollout node(params_of<MujocoRollout>(), context_for(the_scene()));
+  node.device.configure({QueuePolicy::drop_oldest, 64});
+  node.model.configure({});
+  const auto tick = [&](int ms, const DeviceState& d) {
+    node.device.push({at_ms(ms), at_ms(ms), static_cast<std::uint64_t>(ms)}, &d);
+    StepContext context(at_ms(ms));
+    node.step(context);
+    BOOST_REQUIRE(node.segment.pending() == 1U);
+    const Vec3 force = evaluate(sent(node.segment), at_ms(ms)).force;
+    node.segment.clear_pending();
+    return force;
+  };
+  EngineState state = physics.go_to(100);
+  node.model.push(stamp_ms(100, 0), &state);
+  tick(100, handle_at(100));
+  const Vec3 last = tick(101, handle_at(101));
+  DeviceState far_away = handle_at(102);
+  far_away.X_WD.p.x = 1e14;
+  BOOST_TEST(norm(tick(102, far_away) - last) < 0.5);
+  BOOST_TEST(metrics_of(node).at("rollout.failed_steps") == 1.0);
+  BOOST_TEST(metrics_of(node).at("rollout.held_ticks") == 1.0);
+  state = physics.go_to(103);
+  node.model.push(stamp_ms(103, 1), &state);
+  for (int ms = 103; ms < 140; ++ms) tick(ms, handle_at(ms));
+  BOOST_TEST(metrics_of(node).at("rollout.held_ticks") == 1.0);
+}
+
+BOOST_AUTO_TEST_CASE(the_force_stays_within_the_limit_of_the_coupling) {
+  Physics physics;
+  EngineState state = physics.go_to(100);
+  state.coupling.force_max = 0.5;
+  Display display;
+  display.give(100, 100, state);
+  for (int ms = 100; ms < 140; ++ms) {
+    BOOST_REQUIRE(display.tick(ms));
+    BOOST_TEST(norm(display.force(ms)) < 0.5 + 1e-9);
+  }
+  physics.go_to(130);
+  BOOST_TEST(norm(physics.force()) > 1.0);
+}
+
+BOOST_AUTO_TEST_CASE(physics_that_becomes_unstable_ends_the_run_and_names_the_node) {
+  MujocoPhysics node(params_of<MujocoPhysics>(), context_for(the_scene()));
+  node.device.configure({QueuePolicy::drop_oldest, 4096});
+  node.coupling.configure({});
+  node.coupling.push({}, &stiff);
+  give_sample(node, 0);
+  DeviceState far_away;
+  far_away.X_WD.p = {1e14, 0, 0};
+  node.device.push(stamp_ms(1, 1), &far_away);
+  StepContext context(at_ms(1));
+  const auto says_so = [](const RunError& error) {
+    const std::string text = error.what();
+    return text.starts_with("node test: MuJoCo cannot go on") && text.find("unstable") != std::string::npos;
+  };
+  BOOST_CHECK_EXCEPTION(node.step(context), RunError, says_so);
+}
+
+BOOST_AUTO_TEST_CASE(a_scene_that_does_not_go_with_the_model_is_refused_at_its_place) {
+  const auto made_with = [](const auto& change) {
+    return refusal([&] {
+      Scene scene = ball_scene();
+      change(scene);
+      MujocoPhysics(params_of<MujocoPhysics>(), context_for(scene));
+    });
+  };
+  const auto begins = [](const std::string& text, const std::string& with) {
+    BOOST_TEST(text.starts_with(with), text);
+  };
+  BOOST_TEST(made_with([](Scene&) {}) == "taken");
+  begins(made_with([](Scene& s) { s.bodies[0].mass = 0.06; }), "scene.bodies.tool.mass: ");
+  begins(made_with([](Scene& s) { s.bodies[0].motion = Motion::rigid; }), "scene.bodies.tool.motion: ");
+  begins(made_with([](Scene& s) { s.gravity_W.z = -9.81; }), "scene.gravity: ");
+  const auto one_more = [](const std::string& name) {
+    return [name](Scene& s) {
+      s.bodies.push_back(s.bodies[0]);
+      s.bodies.back().name = name;
+    };
+  };
+  begins(made_with(one_more("other")), "scene.bodies.other: ");
+  begins(made_with(one_more("world")), "scene.bodies.world.motion: ");
+  begins(refusal([] {
+           auto params = params_of<MujocoRollout>();
+           params.model.clear();
+           MujocoRollout(params, context_for(the_scene()));
+         }),
+         "model: ");
+}
+
+BOOST_AUTO_TEST_CASE(the_rollout_allocates_nothing, *boost::unit_test::precondition(heap_is_counted)) {
+  Physics physics;
+  const EngineState first = physics.go_to(100), second = physics.go_to(110);
+  Display display;
+  display.give(100, 100, first);
+  for (int ms = 100; ms < 120; ++ms) BOOST_REQUIRE(display.tick(ms));
+  display.give(110, 120, second);
+  std::int64_t calls = 0;
+  bool shown = true;
+  for (int ms = 120; ms < 160; ++ms) {
+    const std::int64_t before = thread_heap_calls();
+    shown = display.tick(ms) && shown;
+    calls += thread_heap_calls() - before;
+  }
+  BOOST_TEST(calls == 0);
+  BOOST_TEST(shown);
+}
+
+BOOST_AUTO_TEST_SUITE_END()
