@@ -202,17 +202,18 @@ BOOST_AUTO_TEST_CASE(a_result_that_is_brought_to_now_is_physics_of_now_to_the_la
 }
 
 BOOST_AUTO_TEST_CASE(at_physics_own_step_the_rollout_shows_the_force_of_physics) {
-  for (const auto restart : {MujocoRollout::Params::Restart::always, MujocoRollout::Params::Restart::on_disagreement}) {
+  using Restart = MujocoRollout::Params::Restart;
+  for (const Restart restart : {Restart::always, Restart::on_disagreement}) {
     auto params = params_of<MujocoRollout>();
     params.restart = restart;
-    Physics truth, late;
+    Physics truth, late, before;
     Display display(params);
     double worst = 0, largest = 0;
     for (int ms = 0; ms <= 600; ++ms) {
-      const EngineState now = truth.go_to(ms);
-      // Every 10 ms a result of 10 ms ago, which is brought to now.
+      truth.go_to(ms);
+      // Every 10 ms a result of 10 ms ago, which is brought to the sample before this one.
       if (ms % 10 == 0 && ms > 0) {
-        EngineState moved = now;
+        EngineState moved = before.go_to(ms - 1);
         moved.wrench_result = late.go_to(ms - 10).wrench_result;
         moved.p_WT_result = late.state.X_WT.p;
         display.give(ms - 10, ms, moved);
@@ -222,7 +223,9 @@ BOOST_AUTO_TEST_CASE(at_physics_own_step_the_rollout_shows_the_force_of_physics)
       largest = std::max(largest, norm(truth.force()));
     }
     BOOST_TEST(largest > 2.0);
-    BOOST_TEST(worst < 1e-9);
+    // The scene is that of physics to the last bit. A result that it goes back to is blended in, and with it what the
+    // tick before had foretold.
+    BOOST_TEST(worst < (restart == Restart::always ? 0.02 * largest : 1e-9));
     BOOST_TEST(display.metric("rollout.estimated_error_N") < 1e-9);
     BOOST_TEST(display.metric("rollout.estimated_hold_error_N") > 0.01);
     BOOST_TEST(display.metric("fallbacks") == 0.0);
