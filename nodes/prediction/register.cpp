@@ -5,8 +5,8 @@
 #include "nodes/prediction/linear.hpp"
 #include "nodes/prediction/linear_position.hpp"
 #include "nodes/prediction/local.hpp"
-#include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/mujoco.hpp"
+#include "nodes/prediction/multirate.hpp"
 #include "nodes/prediction/refit.hpp"
 
 TACTOR_NODES(registry) {

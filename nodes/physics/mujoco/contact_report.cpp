@@ -2,18 +2,11 @@
 
 #include <algorithm>
 
+#include "nodes/physics/mujoco/conversions.hpp"
+
 namespace tactor {
 
 namespace {
-
-Vec3 vector(const double* v) {
-  return {v[0], v[1], v[2]};
-}
-
-Pose pose_of(const mjData& d, int body) {
-  const double* q = d.xquat + 4 * body;
-  return {vector(d.xipos + 3 * body), {q[0], q[1], q[2], q[3]}};
-}
 
 /// Which of the listed bodies it is, or is welded to; `count` where it is none.
 int place_of(const mjModel& m, const int* listed, int count, int body) {
@@ -26,7 +19,7 @@ int place_of(const mjModel& m, const int* listed, int count, int body) {
 void sum_contacts(const mjModel& m, const mjData& d, const char* of_tool, int tool, EngineTool& sum) {
   sum.contact_T_W = {};
   sum.contacts = 0;
-  const Vec3 origin = vector(d.xipos + 3 * tool);
+  const Vec3 origin = vec3_at(d.xipos + 3 * tool);
   for (int i = 0; i < d.ncon; ++i) {
     const mjContact& c = d.contact[i];
     const bool first = of_tool[m.geom_bodyid[c.geom1]] != 0, second = of_tool[m.geom_bodyid[c.geom2]] != 0;
@@ -35,13 +28,13 @@ void sum_contacts(const mjModel& m, const mjData& d, const char* of_tool, int to
     mj_contactForce(&m, &d, i, in_contact);
     if (in_contact[0] == 0) continue;
     const auto in_W = [&](const double* v) {
-      return v[0] * vector(c.frame) + v[1] * vector(c.frame + 3) + v[2] * vector(c.frame + 6);
+      return v[0] * vec3_at(c.frame) + v[1] * vec3_at(c.frame + 3) + v[2] * vec3_at(c.frame + 6);
     };
     // On the second body; the normal leads from the first to it.
     const double sign = second ? 1 : -1;
     const Vec3 force = sign * in_W(in_contact);
     sum.contact_T_W.force += force;
-    sum.contact_T_W.torque += cross(vector(c.pos) - origin, force) + sign * in_W(in_contact + 3);
+    sum.contact_T_W.torque += cross(vec3_at(c.pos) - origin, force) + sign * in_W(in_contact + 3);
     ++sum.contacts;
   }
 }
@@ -50,7 +43,7 @@ void list_contacts(const mjModel& m, const mjData& d, const int* listed, int cou
   found.count = found.penetrating = found.truncated = 0;
   found.bodies = {};
   found.bodies.count = count;
-  for (int i = 0; i < count; ++i) found.bodies.X_WB[static_cast<std::size_t>(i)] = pose_of(d, listed[i]);
+  for (int i = 0; i < count; ++i) found.bodies.X_WB[static_cast<std::size_t>(i)] = centre_pose(d, listed[i]);
   for (int i = 0; i < d.ncon; ++i) {
     const mjContact& c = d.contact[i];
     const int first = place_of(m, listed, count, m.geom_bodyid[c.geom1]);
@@ -62,8 +55,8 @@ void list_contacts(const mjModel& m, const mjData& d, const int* listed, int cou
     }
     const auto k = static_cast<std::size_t>(found.count++);
     const int body = std::min(first, second), other = std::max(first, second);
-    const Vec3 n = (body == second ? 1.0 : -1.0) * vector(c.frame);
-    const Vec3 middle = vector(c.pos);
+    const Vec3 n = (body == second ? 1.0 : -1.0) * vec3_at(c.frame);
+    const Vec3 middle = vec3_at(c.pos);
     const double* row = d.efc_KBIP + 4 * c.efc_address;
     const double inertia = d.efc_D[c.efc_address];
     found.contact[k] = {

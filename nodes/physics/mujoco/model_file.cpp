@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <mutex>
 #include <string>
 
+#include "framework/core/shared_object.hpp"
 #include "framework/core/spatial.hpp"
 #include "framework/core/value_error.hpp"
+#include "nodes/physics/engine/model_files.hpp"
 #include "nodes/physics/mujoco/guarded_call.hpp"
 
 namespace tactor {
@@ -26,9 +27,6 @@ struct Reading {
 
 /// Null where it cannot be read; `why` says so then.
 ModelPointer read(const fs::path& file, const mjVFS* files, std::string& why) {
-  // MuJoCo keeps the file it has read last.
-  static std::mutex one_at_a_time;
-  const std::lock_guard lock(one_at_a_time);
   const std::string name = file.string();
   Reading reading{.file = name.c_str(), .files = files};
   MujocoText text;
@@ -114,13 +112,7 @@ void check_tool(const mjModel& m, const EngineModel& model) {
   }
 }
 
-}  // namespace
-
-ModelPointer read_coupled_model(const EngineModel& model) {
-  const fs::path file = fs::absolute(model.file);
-  if (file.extension() != ".xml") {
-    throw ValueError("model", file.string() + ": expected a model of MuJoCo in a file .xml");
-  }
+ModelPointer welded_model(const fs::path& file, const EngineModel& model) {
   const std::string text = "<mujoco><include file=\"" + in_xml(file.filename().string()) +
                            "\"/><equality><weld active=\"true\" body1=\"" + in_xml(model.tool) +
                            "\"/></equality></mujoco>";
@@ -144,6 +136,32 @@ ModelPointer read_coupled_model(const EngineModel& model) {
   }
   check_tool(*coupled, model);
   return coupled;
+}
+
+/// Changes where one of the files of the model does.
+std::string key_of(const fs::path& file, const EngineModel& model) {
+  std::string key = "model of MuJoCo\n" + model.tool;
+  const auto add = [&key](const fs::path& part) {
+    std::error_code ignored;
+    const auto changed = fs::last_write_time(part, ignored).time_since_epoch().count();
+    key += "\n" + part.string() + " " + std::to_string(changed);
+  };
+  add(file);
+  for (const fs::path& part : model_files(file)) add(part);
+  return key;
+}
+
+}  // namespace
+
+std::shared_ptr<const mjModel> read_coupled_model(const EngineModel& model) {
+  const fs::path file = fs::absolute(model.file);
+  if (file.extension() != ".xml") {
+    throw ValueError("model", file.string() + ": expected a model of MuJoCo in a file .xml");
+  }
+  const std::string key = about("model", [&] { return key_of(file, model); });
+  // Callers wait for each other, which MuJoCo needs: it keeps the file that it has read last.
+  return std::static_pointer_cast<const mjModel>(shared_object(
+      key, [&]() -> std::shared_ptr<const void> { return std::shared_ptr<const mjModel>(welded_model(file, model)); }));
 }
 
 }  // namespace tactor

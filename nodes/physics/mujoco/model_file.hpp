@@ -16,9 +16,10 @@ struct MujocoDeleter {
 using ModelPointer = std::unique_ptr<mjModel, MujocoDeleter>;
 using DataPointer = std::unique_ptr<mjData, MujocoDeleter>;
 
-/// The model with one more equality, the last one, which welds the tool to the world: its rows in the solver become
-/// those of the coupling. Throws ValueError about `model` or `tool` where the file is no model that MuJoCo reads, it
-/// has no such body, or the coupling cannot move that body.
-ModelPointer read_coupled_model(const EngineModel& model);
+/// The model, which all readers share as long as its files stay as they are, with one more equality, the last one,
+/// which welds the tool to the world: its rows in the solver become those of the coupling. Throws ValueError about
+/// `model` or `tool` where the file is no model that MuJoCo reads, it has no such body, or the coupling cannot move
+/// that body.
+std::shared_ptr<const mjModel> read_coupled_model(const EngineModel& model);
 
 }  // namespace tactor

@@ -9,6 +9,7 @@
 #include "framework/core/check.hpp"
 #include "framework/core/value_error.hpp"
 #include "nodes/physics/mujoco/contact_report.hpp"
+#include "nodes/physics/mujoco/conversions.hpp"
 #include "nodes/physics/mujoco/guarded_call.hpp"
 #include "nodes/physics/mujoco/model_file.hpp"
 
@@ -21,13 +22,6 @@ constexpr int most_sorted_bodies = 63;
 
 /// The least inertia of a row, kg or kg m^2, of a coupling that is neither stiff nor damped.
 constexpr double least_inertia = 1e-12;
-
-Vec3 vector(const double* v) {
-  return {v[0], v[1], v[2]};
-}
-Quat rotation(const double* q) {
-  return {q[0], q[1], q[2], q[3]};
-}
 
 /// What MuJoCo's warnings mean to the owner of a model.
 const char* meaning(int warning) {
@@ -53,8 +47,11 @@ const char* meaning(int warning) {
 
 class MujocoEngine final : public CoupledEngine {
  public:
-  MujocoEngine(ModelPointer loaded, const EngineModel& model)
-      : model_(std::move(loaded)), data_(mj_makeData(model_.get())), listed_(body_numbers(*model_, model)) {
+  explicit MujocoEngine(const EngineModel& model)
+      : shared_(read_coupled_model(model)),
+        model_(mj_copyModel(nullptr, shared_.get())),
+        data_(mj_makeData(model_.get())),
+        listed_(body_numbers(*model_, model)) {
     TACTOR_DEMAND(data_ != nullptr);
     const mjModel& m = *model_;
     tool_ = listed_.front();
@@ -76,7 +73,7 @@ class MujocoEngine final : public CoupledEngine {
 
   [[nodiscard]] double tool_mass() const override { return model_->body_subtreemass[tool_]; }
   [[nodiscard]] Vec3 gravity_W() const override {
-    return (model_->opt.disableflags & mjDSBL_GRAVITY) != 0 ? Vec3{} : vector(model_->opt.gravity);
+    return (model_->opt.disableflags & mjDSBL_GRAVITY) != 0 ? Vec3{} : vec3_at(model_->opt.gravity);
   }
   [[nodiscard]] bool tool_rotates() const override { return is_free_; }
   [[nodiscard]] std::string allocates() const override {
@@ -97,7 +94,7 @@ class MujocoEngine final : public CoupledEngine {
     double* q = data_->qpos + m.jnt_qposadr[m.body_jntadr[tool_]];
     double* v = data_->qvel + m.jnt_dofadr[m.body_jntadr[tool_]];
     if (is_free_) {
-      const Vec3 p = X_WT.p - rotate(X_WT.R, vector(m.body_ipos + 3 * tool_));
+      const Vec3 p = X_WT.p - rotate(X_WT.R, vec3_at(m.body_ipos + 3 * tool_));
       const double pose[] = {p.x, p.y, p.z, X_WT.R.w, X_WT.R.x, X_WT.R.y, X_WT.R.z};
       std::copy(std::begin(pose), std::end(pose), q);
       std::fill_n(v, 6, 0.0);
@@ -166,10 +163,10 @@ class MujocoEngine final : public CoupledEngine {
     BodyStates states;
     for (const int body : listed_) {
       const auto i = static_cast<std::size_t>(states.count++);
-      states.X_WB[i] = pose(body);
+      states.X_WB[i] = centre_pose(*data_, body);
       double turn_and_move[6];
       mj_objectVelocity(model_.get(), data_.get(), mjOBJ_BODY, body, turn_and_move, 0);
-      states.V_WB[i] = {vector(turn_and_move + 3), vector(turn_and_move)};
+      states.V_WB[i] = {vec3_at(turn_and_move + 3), vec3_at(turn_and_move)};
     }
     states.V_WB[0] = tool_state_.V_WT;
     return states;
@@ -274,7 +271,7 @@ class MujocoEngine final : public CoupledEngine {
     double* const moves = jacobian_.data();
     double* const turns = moves + 3 * m.nv;
     mj_jacBodyCom(&m, &d, moves, turns, tool_);
-    const Pose X = pose(tool_);
+    const Pose X = centre_pose(*data_, tool_);
     const Vec3 apart = handle_.X_WD.p - X.p;
     const Vec3 turn = is_free_ ? to_rotation_vector(handle_.X_WD.R * inverse(X.R)) : Vec3{};
     for (int i = 0; i < 3; ++i) {
@@ -315,25 +312,23 @@ class MujocoEngine final : public CoupledEngine {
     }
   }
 
-  [[nodiscard]] Pose pose(int body) const {
-    return {vector(data_->xipos + 3 * body), rotation(data_->xquat + 4 * body)};
-  }
   /// Of a tool on slides, in W.
-  [[nodiscard]] Vec3 axis(int i) const { return vector(data_->xaxis + 3 * (model_->body_jntadr[tool_] + i)); }
+  [[nodiscard]] Vec3 axis(int i) const { return vec3_at(data_->xaxis + 3 * (model_->body_jntadr[tool_] + i)); }
 
   void note_tool() {
     const double* v = data_->qvel + model_->jnt_dofadr[model_->body_jntadr[tool_]];
-    tool_state_.X_WT = pose(tool_);
+    tool_state_.X_WT = centre_pose(*data_, tool_);
     if (is_free_) {
-      const Vec3 w = rotate(tool_state_.X_WT.R, vector(v + 3));
-      const Vec3 to_centre = rotate(tool_state_.X_WT.R, vector(model_->body_ipos + 3 * tool_));
-      tool_state_.V_WT = {vector(v) + cross(w, to_centre), w};
+      const Vec3 w = rotate(tool_state_.X_WT.R, vec3_at(v + 3));
+      const Vec3 to_centre = rotate(tool_state_.X_WT.R, vec3_at(model_->body_ipos + 3 * tool_));
+      tool_state_.V_WT = {vec3_at(v) + cross(w, to_centre), w};
     } else {
       tool_state_.V_WT = {v[0] * axis(0) + v[1] * axis(1) + v[2] * axis(2), {}};
     }
   }
 
-  ModelPointer model_;
+  std::shared_ptr<const mjModel> shared_;  // kept, so that the next engine need not read it anew
+  ModelPointer model_;                     // its own, whose time step changes
   DataPointer data_;
   std::vector<int> listed_;  // numbers of the bodies that it tells of, the tool first
   std::vector<char> of_tool_;
@@ -353,7 +348,7 @@ class MujocoEngine final : public CoupledEngine {
 }  // namespace
 
 std::unique_ptr<CoupledEngine> make_mujoco_engine(const EngineModel& model) {
-  return std::make_unique<MujocoEngine>(read_coupled_model(model), model);
+  return std::make_unique<MujocoEngine>(model);
 }
 
 }  // namespace tactor
