@@ -6,17 +6,27 @@ namespace tactor {
 
 template <>
 const MessageType& message_type<EngineState>() {
-  static const MessageType type = Describe<EngineState>("EngineState", "W")
-                                      .field("time", &EngineState::time)
-                                      .field("device", &EngineState::device)
-                                      .field("p_WT_result", "m", &EngineState::p_WT_result)
-                                      .field("wrench_result", &EngineState::wrench_result)
-                                      .field("coupling", &EngineState::coupling)
-                                      .field("position", "1", &EngineState::position)
-                                      .field("velocity", "1", &EngineState::velocity)
-                                      .field("activation", "1", &EngineState::activation)
-                                      .field("acceleration", "1", &EngineState::acceleration)
-                                      .type();
+  static const MessageType type =
+      Describe<EngineState>("EngineState", "W",
+                            "The whole state of a foreign engine at a sample of the device. Stamped as the physics "
+                            "result that it comes from.")
+          .field("time", &EngineState::time, "Time of the device sample that the engine was moved on to.")
+          .field("device", &EngineState::device, "Device sample at `time`.")
+          .field("p_WT_result", "m", &EngineState::p_WT_result,
+                 "Position of the origin of the tool T in the physics result, at the stamp of the message.")
+          .field("wrench_result", &EngineState::wrench_result,
+                 "Wrench of the coupling on the device in that result, within the limits of the device.")
+          .field("coupling", &EngineState::coupling, "Spring and damper between handle and tool.")
+          .field("position", "1", &EngineState::position,
+                 "Coordinates of all joints in the order of the engine, in m, rad and parts of quaternions.")
+          .field("velocity", "1", &EngineState::velocity,
+                 "Speeds of all degrees of freedom in the order of the engine, in m/s and rad/s.")
+          .field("activation", "1", &EngineState::activation,
+                 "Inner states of the actuators in the order of the engine; empty where there are none.")
+          .field("acceleration", "1", &EngineState::acceleration,
+                 "Accelerations of all degrees of freedom in the last step, in m/s^2 and rad/s^2, from which the "
+                 "solver of the engine starts the next one.")
+          .type();
   return type;
 }
 
