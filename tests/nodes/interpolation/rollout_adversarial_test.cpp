@@ -499,6 +499,9 @@ std::vector<std::pair<std::string, Spoil>> spoiled() {
   number("material", [](LocalModel& m) -> double& { return m.correction.material[0].stiffness; });
   number("contact's distance", [](LocalModel& m) -> double& { return m.contacts.contact[0][0].distance; });
   number("contact's weight", [](LocalModel& m) -> double& { return m.contacts.contact[0][0].weight; });
+  number("contact's inertia", [](LocalModel& m) -> double& { return m.contacts.contact[0][0].inertia; });
+  number("contact's creep", [](LocalModel& m) -> double& { return m.contacts.contact[0][0].creep; });
+  number("contact's lift", [](LocalModel& m) -> double& { return m.contacts.contact[0][0].lift; });
   number("contact's normal", [](LocalModel& m) -> double& { return m.contacts.contact[0][0].n_W.x; });
   number("contact's curvature", [](LocalModel& m) -> double& { return m.contacts.contact[0][0].H_W[0]; });
   number("anchor", [](LocalModel& m) -> double& { return m.contacts.X_WB[0][0].p.x; });

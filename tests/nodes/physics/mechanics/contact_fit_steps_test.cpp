@@ -20,9 +20,11 @@ struct Slide {
   BodyStates after;
   Wrench wrench;
   int touching = 0;
+  Twist acceleration;
 };
 
-Slide slide(Dice& dice, double scale, double excess, double length, const Pose& world) {
+/// `law`: of which inertia, creep and lift count.
+Slide slide(Dice& dice, double scale, double excess, double length, const Pose& world, const Contact& law = {}) {
   SystemModel system;
   system.body[0].mass = 0.1;
   system.body[0].inertia_B = 4e-2 * length * length * Eigen::Matrix3d::Identity();
@@ -46,9 +48,13 @@ Slide slide(Dice& dice, double scale, double excess, double length, const Pose& 
     c.stiffness = k;
     c.damping = b;
     c.friction = 0.3;
+    c.inertia = law.inertia;
+    c.creep = law.creep;
+    c.lift = law.lift;
     truth.contact[i][0] = c;
     truth.contact[i][0].stiffness *= scale;
     truth.contact[i][0].damping *= scale;
+    truth.contact[i][0].inertia *= scale;
     truth.contact[i][0].friction += excess;
   }
   RigidStep step(system);
@@ -65,6 +71,8 @@ Slide slide(Dice& dice, double scale, double excess, double length, const Pose& 
   BOOST_REQUIRE((result.outcome == StepOutcome::converged));
   s.wrench = result.contact_T_W;
   s.touching = result.touching;
+  const Twist &from = bodies.V_WB[0], &to = s.after.V_WB[0];
+  s.acceleration = {1e4 * (to.v - from.v), 1e4 * (to.w - from.w)};
   return s;
 }
 
@@ -84,6 +92,22 @@ BOOST_AUTO_TEST_CASE(steps_of_a_body_that_slides_over_many_planes_give_its_mater
         BOOST_TEST(std::abs(subject.excess() - excess) < 0.03);
       }
     }
+  }
+}
+
+BOOST_AUTO_TEST_CASE(contacts_that_tell_inertia_and_lift_give_their_stiffness_back_by_the_acceleration) {
+  for (const double scale : {0.5, 1.0, 2.0}) {
+    Dice dice(9);
+    ContactFit knows(true, stick), guesses(true, stick);
+    for (int i = 0; i < 10; ++i) {
+      const Slide s = slide(dice, scale, 0, 0.02, dice.pose(1, 3), {.inertia = 0.3, .creep = 0.01, .lift = 1});
+      const Time at{20'000'000LL * (i + 1)};
+      knows.take(at, s.model, s.after, false, s.wrench, s.touching, s.acceleration);
+      guesses.take(at, s.model, s.after, false, s.wrench, s.touching);
+    }
+    BOOST_TEST(knows.error().stiffness_scale == scale, tt::tolerance(0.03));
+    BOOST_TEST(std::abs(knows.error().friction_excess) < 0.03);
+    BOOST_TEST(knows.law_error() < guesses.law_error());
   }
 }
 

@@ -26,7 +26,7 @@ bool sane(const BodyStates& s) {
 
 BOOST_AUTO_TEST_CASE(a_contact_that_is_not_finite_or_negative_is_left_out) {
   const Contact good = floor_at({}, -0.001);
-  std::vector<Contact> bad(10, good);
+  std::vector<Contact> bad(15, good);
   bad[0].distance = not_a_number;
   bad[1].distance = -infinity;
   bad[2].n_W.x = not_a_number;
@@ -37,6 +37,11 @@ BOOST_AUTO_TEST_CASE(a_contact_that_is_not_finite_or_negative_is_left_out) {
   bad[7].friction = not_a_number;
   bad[8].weight = -1;
   bad[9].friction = -0.1;
+  bad[10].inertia = -1;
+  bad[11].inertia = infinity;
+  bad[12].creep = not_a_number;
+  bad[13].creep = infinity;
+  bad[14].lift = 1.01;
   for (const bool rotates : {false, true}) {
     OneBody alone(block(0.1, rotates)), crowded(block(0.1, rotates));
     alone.contacts = {good};
@@ -45,7 +50,7 @@ BOOST_AUTO_TEST_CASE(a_contact_that_is_not_finite_or_negative_is_left_out) {
     alone.advance(1e-3);
     const StepResult r = crowded.advance(1e-3);
     BOOST_TEST((r.outcome == StepOutcome::converged));
-    BOOST_TEST(r.left_out == 10);
+    BOOST_TEST(r.left_out == 15);
     BOOST_TEST(r.touching == 1);
     BOOST_TEST((alone.X() == crowded.X()));
   }
