@@ -67,12 +67,13 @@ BOOST_AUTO_TEST_CASE(beside_an_inertia_the_damper_acts_from_the_surface_on) {
       t.contacts[0].inertia = inertia;
       t.V().v.z = -0.1;
       int pushed_above = 0;
-      while (t.X().p.z > -2.2e-3) {
+      for (int i = 0; i < 22; ++i) {
         const bool above = t.X().p.z - 1e-4 > -2e-3;
         const StepResult r = t.advance(1e-3);
         if (above && r.touching > 0) ++pushed_above;
       }
       BOOST_TEST((pushed_above > 0) == (inertia == 0));
+      if (inertia > 0) BOOST_TEST(t.X().p.z < -2e-3);
     }
   }
 }
