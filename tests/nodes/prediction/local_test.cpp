@@ -200,6 +200,28 @@ BOOST_AUTO_TEST_CASE(where_contacts_are_exact_the_model_is_where_dynamics_itself
   }
 }
 
+BOOST_AUTO_TEST_CASE(contacts_that_physics_tells_serve_as_one_anchor_of_the_same_law) {
+  Physics physics(true);
+  const BodyStates then = one_body({0.0095, 0, 0}, {-0.02, 0.03, 0});
+  Contact law = physics.contact(then.X_WB[0]);
+  law.inertia = 0.3, law.creep = 0.01, law.lift = 1;
+  ContactSet set;
+  set.bodies = then;
+  set.count = 1;
+  set.contact[0] = law;
+  Subject told(default_params<LocalPredictor>(), false), around_it, alone(default_params<LocalPredictor>(), false);
+  told.told(set);
+  around_it.contacts(around({then}, {}, [&](const BodyStates&) { return law; }));
+  for (Subject* subject : {&told, &around_it, &alone}) {
+    for (int ms = 0; ms <= 20; ++ms) subject->sample(ms, handle(ms));
+    BOOST_REQUIRE(subject->result(3, 20, then));
+  }
+  BOOST_TEST(told.model.contacts.count == 1);
+  BOOST_TEST(told.model.contacts.contact[0][0].lift == 1.0);
+  BOOST_TEST((told.model.bodies.X_WB[0] == around_it.model.bodies.X_WB[0]));
+  BOOST_TEST(norm(told.model.bodies.X_WB[0].p - alone.model.bodies.X_WB[0].p) > 1e-5);
+}
+
 BOOST_AUTO_TEST_CASE(a_result_older_than_all_samples_goes_through_all_of_them) {
   Subject subject;
   for (const int ms : {50, 60}) subject.sample(ms, handle(ms));
