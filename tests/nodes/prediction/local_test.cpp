@@ -210,7 +210,7 @@ BOOST_AUTO_TEST_CASE(contacts_that_physics_tells_serve_as_one_anchor_of_the_same
   set.count = 1;
   set.contact[0] = law;
   Subject told(default_params<LocalPredictor>(), false), around_it, alone(default_params<LocalPredictor>(), false);
-  told.told(set);
+  told.found(3, set);
   around_it.contacts(around({then}, {}, [&](const BodyStates&) { return law; }));
   for (Subject* subject : {&told, &around_it, &alone}) {
     for (int ms = 0; ms <= 20; ++ms) subject->sample(ms, handle(ms));
