@@ -142,9 +142,9 @@ BOOST_AUTO_TEST_CASE(a_refusal_of_a_text_names_the_field) {
   const json good = json::parse(to_text(filled<BridgeResult>()));
   BOOST_TEST(refused_field(good) == "nothing");
   const auto changed = [&good](const std::string& pointer, const json& value) {
-    json changed = good;
-    changed[json::json_pointer(pointer)] = value;
-    return refused_field(changed);
+    json text = good;
+    text[json::json_pointer(pointer)] = value;
+    return refused_field(text);
   };
   BOOST_TEST(changed("/tool/p_WT/1", "x") == "tool.p_WT");
   BOOST_TEST(changed("/tool/p_WT", {1, 2}) == "tool.p_WT");

@@ -65,7 +65,7 @@ BOOST_AUTO_TEST_CASE(where_the_law_tells_less_than_half_of_the_error_the_first_s
   BOOST_TEST(same.best() == 0U);
   BOOST_TEST(unknown.best() == 1U);
   BOOST_TEST(unknown.error(0) == 0.5, tt::tolerance(1e-12));
-  take(unknown, 100, 400, 0.1, 0.1, 0.1, std::nullopt);
+  take(unknown, 100, 400, 0.05, 0.1, 0.1, std::nullopt);
   BOOST_TEST(unknown.best() == 0U);
 }
 

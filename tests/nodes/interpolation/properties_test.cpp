@@ -145,7 +145,8 @@ BOOST_AUTO_TEST_CASE(every_interpolation_is_under_test) {
   for (const NodeInfo* info : registry().types()) {
     // These have tests of their own.
     const bool takes_no_forecast = info->type == "interpolation.direct" || info->type == "interpolation.rollout" ||
-                                   info->type == "interpolation.select" || info->type == "interpolation.gain";
+                                   info->type == "interpolation.select" || info->type == "interpolation.gain" ||
+                                   info->type == "interpolation.mujoco";
     BOOST_TEST((types.contains(info->type) || takes_no_forecast), info->type);
   }
 }

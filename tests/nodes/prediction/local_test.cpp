@@ -382,11 +382,18 @@ BOOST_AUTO_TEST_CASE(contacts_that_came_with_a_result_are_gone_on_from_where_no_
   BOOST_TEST((told->model.bodies.X_WB[0].p == queried->model.bodies.X_WB[0].p));
   BOOST_TEST(norm(told->model.bodies.X_WB[0].p - untold->model.bodies.X_WB[0].p) > 1e-5);
   BOOST_TEST(told->model.contacts.count == 1);
-  // As many as a program may tell, but not as a rollout takes.
+  // Of more than a rollout takes, those that are nearest.
   set.count = LocalContacts::capacity + 1;
+  for (std::size_t i = 1; i <= LocalContacts::capacity; ++i) {
+    set.contact[i] = set.contact[0];
+    set.contact[i].distance = 1;
+  }
+  std::swap(set.contact[0], set.contact[LocalContacts::capacity]);
   told->found(11, set);
-  BOOST_TEST(!told->result(11, 31, bodies));
-  BOOST_TEST(told->refusals().refused(RefusalReason::too_many) == 1U);
+  BOOST_REQUIRE(told->result(11, 31, bodies));
+  const LocalContacts& kept = told->model.contacts;
+  BOOST_TEST(kept.count == LocalContacts::capacity);
+  BOOST_TEST(kept.contact[LocalContacts::capacity - 1][0].distance < 1);
 }
 
 BOOST_AUTO_TEST_CASE(a_sample_whose_quaternion_is_not_of_length_one_is_that_rotation) {
