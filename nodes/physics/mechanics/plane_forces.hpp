@@ -27,7 +27,7 @@ class PlaneForces {
 
   /// The force of a plane on its moving body at relative velocity u, with its friction bound, N.
   [[nodiscard]] Vec3 force(const Plane& p, const Vec3& u) const {
-    if (p.lift > 0) return lifting_force(p, u);
+    if (p.coned) return lifting_force(p, u);
     const double normal = normal_at(p, dot(p.n, u)).force;
     if (normal == 0 && p.bound == 0) return {};
     return normal * p.n - rub(p, p.bound, slide(p, u).u_t);
@@ -35,12 +35,12 @@ class PlaneForces {
 
   /// The normal force at the plane's velocity, N.
   [[nodiscard]] double normal(const Plane& p) const {
-    return p.lift > 0 ? lifting_at(p, p.u).normal : normal_at(p, dot(p.n, p.u)).force;
+    return p.coned ? lifting_at(p, p.u).normal : normal_at(p, dot(p.n, p.u)).force;
   }
 
   /// Sets S to what the force at the plane's velocity falls by with it, N s/m, symmetric; false where by nothing.
   bool slope(const Plane& p, Matrix3d& S) const {
-    if (p.lift > 0) return lifting_slope(p, S);
+    if (p.coned) return lifting_slope(p, S);
     const double normal = normal_at(p, dot(p.n, p.u)).slope;
     if (normal == 0 && p.bound == 0) return false;
     const auto [u_t, back] = slide(p, p.u);
@@ -63,16 +63,21 @@ class PlaneForces {
   [[nodiscard]] Vec3 force_at_end(const Plane& p) const {
     if constexpr (!midpoint) return p.force;
     const Vec3 u = velocity_at_end(p, p.u);
-    const double lifted = p.lift > 0 ? p.lift * lifting_at(p, p.u).slip : 0;
+    const double lifted = p.coned ? p.lift * lifting_at(p, p.u).slip : p.lifted;
     const double more = p.carried + lifted - p.inertia * dot(p.n, p.u);
     const double normal =
         std::max(0.0, p.push - 2 * p.spring * dot(p.n, p.u) - (p.damping - p.inertia) * dot(p.n, u) + more);
     return normal * p.n - rub(p, p.friction * normal, across(p, u));
   }
 
-  /// Changes the push towards the lift that the plane should have at the velocity of now, by the secant of the last
-  /// two iterations; returns how far it was off, N.
+  /// Changes the lift towards that of the velocity of now; returns how far it was off, N.
   double follow_lift(Plane& p) const {
+    if (!p.coned) {
+      const double before = p.lifted;
+      p.lifted_below = p.lifted = p.lift * slip(p);
+      return std::abs(p.lifted - before);
+    }
+    // By the secant of the last two iterations.
     const double told = (p.lift - p.friction * (p.spring + p.damping) / whole) * lifting_at(p, p.u).slip;
     const double off = told - p.lifted, change = p.lifted - p.lifted_before;
     if (off >= 0) p.lifted_below = p.lifted;
@@ -97,7 +102,7 @@ class PlaneForces {
 
  private:
   [[nodiscard]] NormalForce normal_at(const Plane& p, double speed) const {
-    return normal_force<integrator>(p.push, p.spring, p.damping, speed, p.carried);
+    return normal_force<integrator>(p.push, p.spring, p.damping, speed, p.carried + p.lifted);
   }
   [[nodiscard]] Vec3 velocity_at_end(const Plane& p, const Vec3& u) const {
     if constexpr (!midpoint) return u;
@@ -128,6 +133,14 @@ class PlaneForces {
     return (bound / std::max(norm(u_t), stick_velocity(p, bound))) * u_t;
   }
 
+  /// m/s, how fast a plane that is not coned slides beyond the creep, with the lift that this gives.
+  [[nodiscard]] double slip(const Plane& p) const {
+    const double speed = norm(slide(p, p.u).u_t), give = p.creep * p.friction;
+    const double push = normal(p);
+    const double alone = push > 0 ? push - p.lifted : -p.lift * speed;
+    const double with_lift = std::max(0.0, (alone + p.lift * speed) / (1 + p.lift * give));
+    return std::max(0.0, speed - stick_velocity(p, p.friction * with_lift));
+  }
   [[nodiscard]] LiftingContact lifting(const Plane& p) const {
     return {.push = p.push + p.carried + p.lifted,
             .slope = p.spring + p.damping,

@@ -116,6 +116,7 @@ void RigidStep::set_law(Plane& p, const Contact& c, double distance, bool massle
   p.damping = massless ? 0 : c.damping * c.weight;
   p.friction = c.friction;
   p.bound = p.inertia = p.creep = p.lift = p.carried = 0;
+  p.coned = false;
   p.lifted = p.lifted_before = p.told_before = p.lifted_below = 0;
   if (c.creep > 0 && c.weight > 0) p.creep = c.creep / c.weight;
   if (massless) return;

@@ -112,7 +112,8 @@ class RigidStep {
     double creep = 0;     // m/s per N, of static friction
     double lift = 0;      // N s/m, normal force by the speed of sliding beyond the creep
     double carried = 0;   // N, of the inertia at zero velocity
-    double lifted = 0;    // N, what sliding adds beyond LiftingContact
+    bool coned = false;   // whether lift and friction are those of LiftingContact
+    double lifted = 0;    // N, of sliding; if coned, what it adds beyond LiftingContact
     // N, the same an iteration ago, what it should have been then, and the last that was too small.
     double lifted_before = 0, told_before = 0, lifted_below = 0;
     Vec3 u, du;    // m/s, relative velocity, and its change along the line that is searched

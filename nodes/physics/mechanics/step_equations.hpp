@@ -27,6 +27,7 @@ class StepEquations {
   using Plane = RigidStep::Plane;
   static constexpr double bound_tolerance = 1e-4;  // of the friction bounds, where they stop to follow
   static constexpr double unsettled = 1e-3;        // of a plane's power: of a lift that has settled it is less
+  static constexpr double most_answer = 0.3;       // of lifts to their own change, where they may follow the velocities
   static constexpr double whole = integrator == Integrator::midpoint ? 2 : 1;  // the step, in h
   static constexpr bool one = Dofs != Eigen::Dynamic;
   static constexpr bool soft = Nodes > 0;
@@ -65,6 +66,7 @@ class StepEquations {
       patch_momentum_.resize(patch_->free_velocity.size());
       take_momentum(patch_->free_velocity, patch_momentum_);
     }
+    if (lifts_) choose_cones();
   }
 
   /// Where Newton's method begins: the velocities of now, which at rest are the solution.
@@ -230,6 +232,7 @@ class StepEquations {
       if (!(p.lift > 0)) continue;
       if (!(law_.power(p) > unsettled * norm(p.force) * norm(p.u))) continue;
       p.lift = p.lifted = 0;
+      p.coned = false;
       dropped = true;
     }
     return dropped;
@@ -341,6 +344,25 @@ class StepEquations {
     b.free = free_rotation(model.inertia_B, X.R, V.w, h_);
     b.inertia = inertia_W(model.inertia_B, b.free.R_WB);
     b.angular_scale = b.angular_momentum.norm();
+  }
+
+  /// Lifts follow the velocities as friction bounds do, unless they would answer to that too much.
+  void choose_cones() {
+    double answer = 0;
+    for (const Plane& p : planes_) {
+      if (!(p.lift > 0)) continue;
+      double mobility = moves(p) ? mobility_of(p.body, p.r_body) : 0;
+      if (!one && p.other >= 0) mobility += mobility_of(p.other, p.r_other);
+      answer += p.lift * p.friction * whole * h_ * mobility;
+      // Of the patch nobody knows.
+      if (p.other == Plane::on_patch) answer += 2 * most_answer;
+    }
+    for (Plane& p : planes_) p.coned = p.lift > 0 && answer > most_answer;
+  }
+  /// 1/kg, at least that of a body's point at lever r.
+  [[nodiscard]] double mobility_of(int i, const Vec3& r) const {
+    const Body& b = body_[index(i)];
+    return 1 / b.mass + (rotates(i) ? dot(r, r) * b.inertia.inverse().trace() : 0);
   }
 
   [[nodiscard]] int count() const { return one ? 1 : model_.count; }

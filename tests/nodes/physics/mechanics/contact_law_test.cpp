@@ -145,7 +145,8 @@ void check_slopes() {
     p.creep = dice(0, 0.1);
     p.lift = i % 2 == 0 ? 0 : p.friction * (p.damping - p.inertia);
     p.carried = dice(-1, 1);
-    p.lifted = p.lift > 0 ? dice(-1, 0) : 0;
+    p.coned = p.lift > 0;
+    p.lifted = p.coned ? dice(-1, 0) : 0;
     p.u = dice.in_cube(0.05);
     p.u_start = dice.in_cube(0.05);
     Eigen::Matrix3d S;
