@@ -128,7 +128,7 @@ BOOST_AUTO_TEST_CASE(a_field_of_forces_is_refused_where_the_tool_rotates_or_the_
     const fs::path graph = fs::path("duck") / method;
     const Over rigid{"scene.bodies.tool.motion=rigid"};
     for (const std::string& error : {refusal(graph, rigid), refusal_of_run(graph, rigid)}) {
-      says(error, "methods/" + std::string(method) + ":4:");
+      says(error, "methods/" + std::string(method) + ":5:");
       says(error, "node interpolation: " + std::string(name) + ": ");
       says(error, "the tool 'tool' rotates");
       says(error, "use a prediction.* and an interpolation.* in its place");
