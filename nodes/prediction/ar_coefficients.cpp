@@ -26,7 +26,7 @@ const MessageType& message_type<ArCoefficients>() {
                   {{"axes", ModelStructure::axes, "One phi_i for the three axes, in `[i - 1]`."},
                    {"per_axis", ModelStructure::per_axis, "One model an axis: phi_i of axis a in `[32 a + i - 1]`."},
                    {"vector", ModelStructure::vector,
-                    "A 3x3 matrix a lag: row r, column c of Phi_i in `[9 (i - 1) + 3 r + c]`, at most 8 lags."}},
+                    "Matrices of 3x3: row r, column c of Phi_i in `[9 (i - 1) + 3 r + c]`."}},
                   "Order of the entries of `force` and `torque`.")
           .field("grid_period", "s", &A::grid_period,
                  "Even spacing of the samples that they were fitted to. 0: the samples as they came.")

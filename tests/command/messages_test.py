@@ -92,7 +92,7 @@ class ForeignMessages(CommandTest):
 
     def test_a_recording_keeps_no_sentence(self):
         with h5py.File(self.recorded()) as file:
-            self.assertNotIn("doc", file["streams/scanner.scan"].attrs["description"])
+            self.assertNotIn("doc", str(file["streams/scanner.scan"].attrs["description"]))
 
     def test_a_stream_of_another_type_is_refused_where_the_edge_is(self):
         graph = self.write("replay.yaml", (REPLAY % self.recorded()).replace(

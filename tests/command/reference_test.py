@@ -132,7 +132,7 @@ class Pages(CommandTest):
         self.assertRegex(section, r"layout hash `[0-9a-f]{16}`")
 
     def test_messages_say_what_fields_values_and_stamps_mean(self):
-        contacts = self.message("ContactSet")
+        contacts = " ".join(self.message("ContactSet").split())
         self.assertIn("Stamped valid for the time at which the query began", contacts)
         self.assertRegex(contacts, r"\| `contact\.n_W` \|.*\| Unit normal from the other body towards the moving body T\.")
         self.assertRegex(contacts, r"\| `pair\.other` \|.*-1 where it is fixed\. \|")

@@ -155,7 +155,9 @@ BOOST_AUTO_TEST_CASE(binding_changes_no_shipped_scene, *boost::unit_test::precon
   const TemporaryFolder folder;
   std::vector<fs::path> by_name;
   for (const fs::path& method : yaml_files(graphs / "methods")) {
-    std::string text = std::regex_replace(text_in(method), std::regex("\nbind:[^\n]*(\n  [a-z]+: [a-z]+)*"), "");
+    std::string text = std::regex_replace(text_in(method), std::regex("\nbind:[^\n]*(\n  [a-z]+: [^\n]*)*"), "");
+    // Ours tells no contacts of a result.
+    text = std::regex_replace(text, std::regex("[^\n]*-> local.found[^\n]*\n"), "");
     text = std::regex_replace(text, std::regex(": \\{optional: true\\}"), "");
     BOOST_TEST(text.find("bind") == std::string::npos);
     by_name.push_back(write(folder.path() / method.filename(), text));
@@ -196,9 +198,9 @@ BOOST_AUTO_TEST_CASE(every_method_but_direct_fits_physics_of_another_kind) {
 BOOST_AUTO_TEST_CASE(ports_follow_by_the_types_of_their_messages) {
   const Foreign foreign;
   const Edges base = edges_of(foreign.load());
-  const Edges local =
-      base - forecast_edges + rollout_edges +
-      Edges{"engine.where -> local.bodies", "engine.reading -> local.state", "rollout.segment -> device.segment"};
+  const Edges local = base - forecast_edges + rollout_edges +
+                      Edges{"engine.where -> local.bodies", "engine.reading -> local.state",
+                            "engine.touching -> local.found", "rollout.segment -> device.segment"};
   // No other output of bodies is there to be expected, and nothing deforms.
   BOOST_TEST((edges_of(foreign.load({"local"})) == local));
   BOOST_TEST((edges_of(foreign.load({"hold"})) == base));
@@ -249,16 +251,18 @@ BOOST_AUTO_TEST_CASE(direct_is_refused_where_physics_is_of_another_kind) {
 }
 
 BOOST_AUTO_TEST_CASE(where_a_role_has_no_node_what_needs_it_is_refused_and_what_does_not_is_left_out) {
-  const std::string alone = without(foreign_scene(), "  collision: .*\n|  - .*collision\\..*\n");
-  const Foreign foreign(alone);
-  const std::string why = foreign.refusal({"local"});
+  const Foreign unlinked(without(foreign_scene(), "  coupling: .*\n|  - .*coupling\\..*\n"));
+  const std::string why = unlinked.refusal({"local"});
   says(why,
-       "local_anchors.yaml:5:3: bind.collision: expected a node \"collision\" or one of role collision in the graph "
+       "local_anchors.yaml:7:3: bind.coupling: expected a node \"coupling\" or one of role coupling in the graph "
        "below (");
   says(why, "engine");
   says(why, "found neither; add such a node to the graph");
-  says(why, "bind: {collision: {node: NAME}}");
+  says(why, "bind: {coupling: {node: NAME}}");
   says_not(why, "there is no node");
+  // Contacts may be those that physics tells.
+  const Foreign foreign(without(foreign_scene(), "  collision: .*\n|  - .*collision\\..*\n"));
+  BOOST_TEST(edges_of(foreign.load({"local"})).contains("engine.touching -> local.found"));
   BOOST_TEST(foreign.refusal({"floor"}) == "");
   BOOST_TEST((foreign.load({"floor"}).node("collision") == nullptr));
   // A parameter that a node lacks is refused by its own name.
