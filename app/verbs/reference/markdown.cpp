@@ -65,14 +65,16 @@ std::vector<std::string> words_of(std::string_view text) {
   return words;
 }
 
-std::string folded(std::string_view paragraph, std::string_view indent = "") {
+/// `mark` begins the first line, and the others are indented as far.
+std::string folded(std::string_view paragraph, std::string_view mark = "") {
   std::string out, line;
   for (const std::string& word : words_of(paragraph)) {
     if (!line.empty() && display_width(line) + 1 + display_width(word) > page_columns) {
       out += line + "\n";
       line.clear();
     }
-    line += line.empty() ? std::string(out.empty() ? "" : indent) + escaped_beginning(word) : " " + word;
+    line += line.empty() ? (out.empty() ? std::string(mark) : std::string(mark.size(), ' ')) + escaped_beginning(word)
+                         : " " + word;
   }
   return out + line + "\n";
 }
@@ -135,7 +137,7 @@ void PageWriter::table(const std::vector<std::string>& heads, const std::vector<
 
 void PageWriter::list(const std::vector<std::string>& items) {
   if (!items.empty()) page_ += "\n";
-  for (const std::string& item : items) page_ += "- " + folded(item, "  ");
+  for (const std::string& item : items) page_ += folded(item, "- ");
 }
 
 std::string PageWriter::text(std::string_view plain) const {
