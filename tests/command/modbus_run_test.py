@@ -1,5 +1,6 @@
 """Live runs with an emulated Modbus actuator, and what goes wrong on the way to it: the force stays within its limits, goes
 down to zero, and the report names the device."""
+import json
 import os
 import subprocess
 import time
@@ -48,6 +49,21 @@ class ModbusRun(ModbusHarness):
                 self.assertGreater(device["velocity_cutoff_Hz"], 1)
                 check_loop(self, device)
                 self.emulator.kill()
+
+    def test_the_line_counts_what_the_motor_gave(self):
+        """Physics is 50 ms away, so that a held force gives energy; with a bound on the line the motor gives no more than is allowed."""
+        for line in (("--tcp", "0"), ("--pty",)):
+            for bounds in (False, True):
+                with self.subTest(line=line[0], bounds=bounds):
+                    self.log.unlink(missing_ok=True)
+                    graph = self.graph(self.emulate(line=line), EASY + f", energy_bound: {str(bounds).lower()}", duration="4 s")
+                    self.run_ok("run", graph, "--over", GRAPHS / "passivity/delay_50ms.yaml", "--no-dead-man", "--overwrite", "--out", self.out)
+                    self.emulator.kill()
+                    counted = json.loads((self.out / "summary.json").read_text())["device"]["line"]
+                    # By the steps of the motor itself.
+                    given = max(row[6] for row in self.log_rows())
+                    self.assertLess(abs(counted["energy_generated_J"] - given), 0.05 * given + 1e-5)
+                    (self.assertLessEqual if bounds else self.assertGreater)(given, counted["energy_allowed_J"])
 
     def test_a_silent_motor(self):
         self.fails_by("silent@driven+0.2", "could not be read|no whole answer")
