@@ -1,10 +1,10 @@
 #include "framework/session/physics_messages.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <string>
 
-#include "framework/core/check.hpp"
 #include "framework/yaml/yaml_values.hpp"
 
 namespace tactor {
@@ -12,9 +12,10 @@ namespace tactor {
 namespace {
 
 constexpr double unit_tolerance = 1e-3;
+constexpr double point_tolerance = 1e-6;  // m, and as a share of the lengths around
 
 [[noreturn]] void refuse_field(const std::string& field, const std::string& what) {
-  throw InputError("result: " + field + ": expected " + what);
+  throw ResultError(field, "expected " + what);
 }
 
 void check_finite(const std::string& field, const Vec3& v) {
@@ -63,11 +64,33 @@ Contact checked_contact(const std::string& name, Contact contact) {
   check_length(name + ".n_W", "a normal", length);
   contact.n_W = contact.n_W / length;
   if (!(contact.weight > 0)) refuse_field(name + ".weight", "a number above 0, found " + number_text(contact.weight));
-  for (const auto& [field, value] :
-       {std::pair{".stiffness", contact.stiffness}, {".damping", contact.damping}, {".friction", contact.friction}}) {
+  for (const auto& [field, value] : {std::pair{".stiffness", contact.stiffness},
+                                     {".damping", contact.damping},
+                                     {".friction", contact.friction},
+                                     {".inertia", contact.inertia},
+                                     {".creep", contact.creep}}) {
     if (value < 0) refuse_field(name + field, "0 or more, found " + number_text(value));
   }
+  if (contact.lift < 0 || contact.lift > 1) {
+    refuse_field(name + ".lift", "0 to 1, found " + number_text(contact.lift));
+  }
   return contact;
+}
+
+/// m, in the body's frame: the point of the moving body of a contact, at its distance from the other one along the
+/// normal.
+Vec3 own_point(const Contact& contact, const Pose& X_WB) {
+  return rotate(inverse(X_WB.R), contact.p_WC + contact.distance * contact.n_W - X_WB.p);
+}
+
+void check_own_point(const std::string& name, const Contact& contact, const Pose& X_WB) {
+  const Vec3 expected = own_point(contact, X_WB);
+  const double scale = 1 + std::max({norm(contact.p_TC), norm(contact.p_WC), norm(X_WB.p)});
+  if (norm(contact.p_TC - expected) <= point_tolerance * scale) return;
+  refuse_field(name + ".p_TC", "the point at `distance` along `n_W` from `p_WC`, which is " + number_text(expected.x) +
+                                   ", " + number_text(expected.y) + ", " + number_text(expected.z) +
+                                   " m in the body's frame, or none, found " + number_text(contact.p_TC.x) + ", " +
+                                   number_text(contact.p_TC.y) + ", " + number_text(contact.p_TC.z));
 }
 
 void check_pair(const std::string& name, const ContactPair& pair, int moving) {
@@ -81,7 +104,8 @@ void check_pair(const std::string& name, const ContactPair& pair, int moving) {
   }
 }
 
-ContactSet checked_contacts(ContactSet set, const BodyStates& bodies) {
+ContactSet checked_contacts(const PhysicsResult& result, const BodyStates& bodies) {
+  ContactSet set = *result.contacts;
   if (set.count < 0 || set.count > ContactSet::capacity) {
     refuse_field("contacts",
                  "at most " + std::to_string(ContactSet::capacity) + " of them, found " + std::to_string(set.count));
@@ -91,33 +115,53 @@ ContactSet checked_contacts(ContactSet set, const BodyStates& bodies) {
   set.penetrating = 0;
   for (std::size_t i = 0; i < static_cast<std::size_t>(set.count); ++i) {
     const std::string name = "contacts[" + std::to_string(i) + "]";
-    set.contact[i] = checked_contact(name, set.contact[i]);
+    if (result.without_p_TC[i]) set.contact[i].p_TC = {};
+    Contact& contact = set.contact[i] = checked_contact(name, set.contact[i]);
     check_pair(name, set.pair[i], bodies.count);
-    if (set.contact[i].distance < 0) ++set.penetrating;
+    const Pose& X_WB = bodies.X_WB[static_cast<std::size_t>(set.pair[i].body)];
+    if (result.without_p_TC[i]) {
+      contact.p_TC = own_point(contact, X_WB);
+    } else {
+      check_own_point(name, contact, X_WB);
+    }
+    if (contact.distance < 0) ++set.penetrating;
   }
   return set;
 }
 
+/// Refuses a body that turns and whose rotation is not told.
+void check_rotation(const std::string& body, const std::string& frame, bool is_told, Motion motion) {
+  if (is_told || motion != Motion::rigid) return;
+  refuse_field(body + ".R_W" + frame, "a rotation, because the body turns (`motion: rigid`), found none");
+}
+
+bool same_twist(const Twist& a, const Twist& b) {
+  return a.v == b.v && a.w == b.w;
+}
+
 /// None where the result has no tool.
-std::optional<BodyStates> checked_bodies(const PhysicsResult& result, int moving) {
+std::optional<BodyStates> checked_bodies(const PhysicsResult& result, std::span<const Motion> moving) {
   const auto count = result.bodies != nullptr ? result.bodies->count : result.X_WT ? 1 : 0;
   if (count == 0 && result.bodies == nullptr) return std::nullopt;
-  if (count != moving) {
-    refuse_field(
-        result.bodies != nullptr ? "bodies" : "tool",
-        "all moving bodies of the scene, which are " + std::to_string(moving) + ", found " + std::to_string(count));
+  if (count != static_cast<std::int64_t>(moving.size()) || count == 0) {
+    refuse_field(result.bodies != nullptr ? "bodies" : "tool", "all moving bodies of the scene, which are " +
+                                                                   std::to_string(moving.size()) + ", found " +
+                                                                   std::to_string(count));
   }
   BodyStates bodies{.count = 1, .massless = 0, .X_WB = {}, .V_WB = {}};
   if (result.bodies != nullptr) bodies = *result.bodies;
   for (std::size_t i = 0; i < static_cast<std::size_t>(count) && result.bodies != nullptr; ++i) {
     const std::string name = "bodies[" + std::to_string(i) + "]";
+    check_rotation(name, "B", !result.without_rotation[i], moving[i]);
     bodies.X_WB[i] = checked_pose(name, "B", bodies.X_WB[i]);
     check_twist(name, "B", bodies.V_WB[i]);
   }
   if (result.X_WT) {
-    if (result.bodies != nullptr && !(result.bodies->X_WB[0] == *result.X_WT)) {
-      refuse_field("bodies[0]", "the pose of `tool`, or no `tool`");
+    if (result.bodies != nullptr &&
+        !(result.bodies->X_WB[0] == *result.X_WT && same_twist(result.bodies->V_WB[0], result.V_WT))) {
+      refuse_field("bodies[0]", "the pose and velocity of `tool`, or no `tool`");
     }
+    check_rotation("tool", "T", !result.without_rotation[0], moving[0]);
     bodies.X_WB[0] = checked_pose("tool", "T", *result.X_WT);
     check_twist("tool", "T", result.V_WT);
     bodies.V_WB[0] = result.V_WT;
@@ -127,7 +171,8 @@ std::optional<BodyStates> checked_bodies(const PhysicsResult& result, int moving
 
 }  // namespace
 
-PhysicsMessages physics_messages(const PhysicsResult& result, Time valid, const DeviceState& handle, int moving) {
+PhysicsMessages physics_messages(const PhysicsResult& result, Time valid, const DeviceState& handle,
+                                 std::span<const Motion> moving) {
   PhysicsMessages messages{
       .valid = valid, .state = {}, .bodies = checked_bodies(result, moving), .contacts = {}, .force = result.felt_D_W};
   if (result.felt_D_W) check_finite("felt", *result.felt_D_W);
@@ -137,7 +182,7 @@ PhysicsMessages physics_messages(const PhysicsResult& result, Time valid, const 
     if (!result.felt_D_W) refuse_field("tool", "a pose, or a wrench as `felt`, found neither");
     return messages;
   }
-  if (result.contacts != nullptr) messages.contacts = checked_contacts(*result.contacts, *messages.bodies);
+  if (result.contacts != nullptr) messages.contacts = checked_contacts(result, *messages.bodies);
   const Wrench contact = result.contact_T_W.value_or(Wrench{});
   const bool touches = norm(contact.force) > 0 || norm(contact.torque) > 0;
   messages.state = PhysicsState{.X_WT = messages.bodies->X_WB[0],
