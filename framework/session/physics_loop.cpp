@@ -17,6 +17,8 @@ namespace {
 
 constexpr const char* external_physics = "physics.external";
 constexpr std::size_t most_samples = 4096;
+/// So many samples of the handle, none of which can be used, end the run.
+constexpr std::uint64_t most_unusable = 100;
 /// What `next` lets pass before it looks whether the run has ended.
 constexpr Duration longest_wait{20'000'000};
 /// How often it looks for a sample of the handle, live.
@@ -24,11 +26,27 @@ constexpr Duration sample_wait{1'000'000};
 /// Under the virtual clock, what happens at an instant has happened when so much more has passed.
 constexpr Duration shortest{1};
 
+/// True where a program may step the node: it is physics, and is filled from outside of the run.
+bool is_external(const NodeInfo& info) {
+  const auto takes = [&](const char* name, const MessageType& type) {
+    const InputInfo* input = info.input(name);
+    return input != nullptr && same_type(*input->type, type);
+  };
+  const auto gives = [&](const char* name, const MessageType& type) {
+    const OutputInfo* output = info.output(name);
+    return output != nullptr && same_type(*output->type, type);
+  };
+  return info.fed && info.role == Role::dynamics && info.param("rate") &&
+         takes("device", message_type<DeviceState>()) && takes("coupling", message_type<CouplingParameters>()) &&
+         gives("state", message_type<PhysicsState>()) && gives("bodies", message_type<BodyStates>()) &&
+         gives("contacts", message_type<ContactSet>()) && gives("force", message_type<Wrench>());
+}
+
 std::size_t find_external(const Plan& plan, std::string_view name) {
   std::vector<std::string> names;
   std::vector<std::size_t> found;
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
-    if (plan.nodes[n].info->type != external_physics) continue;
+    if (!is_external(*plan.nodes[n].info)) continue;
     names.push_back(plan.nodes[n].name);
     found.push_back(n);
     if (names.back() == name) return n;
@@ -46,6 +64,12 @@ std::size_t find_external(const Plan& plan, std::string_view name) {
     throw InputError("the run has several nodes" + of_type + ": name one of " + list);
   }
   return found.front();
+}
+
+std::vector<Motion> motions_of(const Scene& scene) {
+  std::vector<Motion> motions;
+  for (const std::size_t index : scene.moving()) motions.push_back(scene.bodies[index].motion);
+  return motions;
 }
 
 double rate_of(const NodeSpec& node) {
@@ -74,17 +98,6 @@ Stamped<T> copied(const MessageView& view) {
   return message;
 }
 
-/// With its rotation normalised; false where it is not finite.
-bool make_usable(DeviceState& s) {
-  const Quat& q = s.X_WD.R;
-  const double length = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z;
-  if (!is_finite(s.X_WD.p) || !is_finite(s.V_WD.v) || !is_finite(s.V_WD.w) || !(length > 0.25 && length < 4)) {
-    return false;
-  }
-  s.X_WD.R = normalized(q);
-  return true;
-}
-
 DeviceState handle_between(const DeviceState& a, const DeviceState& b, double share) {
   return {between(a.X_WD, b.X_WD, share),
           {between(a.V_WD.v, b.V_WD.v, share), between(a.V_WD.w, b.V_WD.w, share)},
@@ -104,11 +117,19 @@ PhysicsLoop::PhysicsLoop(Session& session, std::string_view node)
       node_(find_external(session.plan(), node)),
       rate_(rate_of(session.plan().nodes[node_])),
       is_virtual_(session.plan().graph.clock == Clock::virtual_),
-      moving_(static_cast<int>(session.plan().graph.scene.moving().size())),
+      moving_(motions_of(session.plan().graph.scene)),
       has_coupling_(has_edge(session.plan(), node_, "coupling", {})),
-      reads_force_(has_edge(session.plan(), node_, {}, "force")) {
+      reads_force_(has_edge(session.plan(), node_, {}, "force")),
+      reads_contacts_(has_edge(session.plan(), node_, {}, "contacts")) {
   check_policies(session.plan(), node_);
+  if (!session.claim_inputs(node_)) {
+    throw InputError("node " + this->node().name + " has a loop of physics already; a session has one for each node");
+  }
   samples_.reserve(2 * most_samples);
+}
+
+std::string PhysicsLoop::node_of(const Plan& plan, std::string_view node) {
+  return plan.nodes[find_external(plan, node)].name;
 }
 
 std::optional<PhysicsStep> PhysicsLoop::next() {
@@ -153,13 +174,16 @@ void PhysicsLoop::read_inputs() {
       const MessageView view = device.queue().take();
       if (!view) break;
       auto sample = copied<DeviceState>(view);
-      const bool later = samples_.empty() || sample.stamp.valid > samples_.back().stamp.valid;
-      if (later && make_usable(sample.value)) samples_.push_back(sample);
+      if (gate_.admit(sample)) samples_.push_back(sample);
     }
     InputBase& coupling = info.input("coupling")->access(physics);
     if (!coupling.connected()) return;
     while (const MessageView view = coupling.queue().take()) coupling_ = copied<CouplingParameters>(view).value;
   });
+  const Refusals& refused = gate_.refusals();
+  if (refused.refused() < most_unusable || refused.refused() < refused.came()) return;
+  throw RunError("node " + node().name + ": none of the " + std::to_string(refused.came()) +
+                 " samples of the handle that came can be used: they are not finite, or their rotations are zero");
 }
 
 /// False where no sample of the handle has come since the last step, or the coupling has not come yet.
@@ -177,7 +201,8 @@ bool PhysicsLoop::begin_step(PhysicsStep& step) {
     }
   }
   if (from.stamp.valid >= newest.stamp.valid) return false;
-  step = {from.stamp.valid, newest.stamp.valid, from.value, newest.value, coupling_.value_or(CouplingParameters{})};
+  step = {
+      from.stamp.valid, newest.stamp.valid, from.value, newest.value, coupling_.value_or(CouplingParameters{}), this};
   last_ = newest;
   return true;
 }
@@ -214,17 +239,29 @@ Time PhysicsLoop::period_after(Time t) const {
   }
 }
 
+/// Reads the samples up to that time of a result.
+Time PhysicsLoop::checked_time(Time valid) {
+  const Time now = session_.now();
+  if (valid <= now && valid > samples_.back().stamp.valid) read_inputs();
+  const Time kept = samples_.front().stamp.valid, first = std::max(kept, last_result_.value_or(kept));
+  if (valid >= first && valid <= now) return valid;
+  throw ResultError("time", "expected " + number_text(first.seconds()) + " s, that of the " +
+                                (last_result_ == first ? "last result" : "first sample of the handle") + ", to " +
+                                number_text(now.seconds()) + " s, which is now, found " + number_text(valid.seconds()) +
+                                " s");
+}
+
 void PhysicsLoop::result(const PhysicsStep& step, const PhysicsResult& result) {
-  if (!session_.is_started()) throw InputError("result: no step has begun yet; `next` gives one");
-  const Time valid = result.time.value_or(step.end), first = last_result_.value_or(Time{}), now = session_.now();
-  if (valid < first || valid > now) {
-    throw InputError("result: time: expected " + number_text(first.seconds()) + " s, that of the last result, to " +
-                     number_text(now.seconds()) + " s, which is now, found " + number_text(valid.seconds()) + " s");
-  }
+  if (step.loop != this || !last_) throw ResultError("step", "expected a step of this loop, found one of another");
+  const Time valid = checked_time(result.time.value_or(step.end));
   PhysicsMessages messages = physics_messages(result, valid, handle_at(valid), moving_);
   if (reads_force_ && !messages.force) {
-    throw InputError("result: felt: expected a wrench, because the graph reads " + node().name +
-                     ".force; found none. A graph that takes the force from its coupling does without it");
+    throw ResultError("felt", "expected a wrench, because the graph reads " + node().name +
+                                  ".force; found none. A graph that takes the force from its coupling does without it");
+  }
+  if (reads_contacts_ && !messages.contacts) {
+    throw ResultError("contacts", "expected a list, because the graph reads " + node().name +
+                                      ".contacts; found none. An empty list says that nothing is near");
   }
   last_result_ = valid;
   if (is_virtual_) {

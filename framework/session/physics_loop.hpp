@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
+#include "framework/core/handle_gate.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/session/physics_coupling.hpp"
 #include "framework/session/physics_messages.hpp"
@@ -13,13 +15,16 @@
 
 namespace tactor {
 
+class PhysicsLoop;
+
 /// What the next step of a program's physics needs.
 struct PhysicsStep {
-  Time begin;                   ///< of the sample of the handle that the last step ended with
-  Time end;                     ///< of the newest sample, later than `begin`; the result holds for it
-  DeviceState from;             ///< the handle at `begin`
-  DeviceState handle;           ///< the handle at `end`
-  CouplingParameters coupling;  ///< the spring and damper between handle and tool; zero where the graph has none
+  Time begin;                         ///< of the sample of the handle that the last step ended with
+  Time end;                           ///< of the newest sample, later than `begin`; the result holds for it
+  DeviceState from;                   ///< the handle at `begin`
+  DeviceState handle;                 ///< the handle at `end`
+  CouplingParameters coupling;        ///< the spring and damper between handle and tool; zero where the graph has none
+  const PhysicsLoop* loop = nullptr;  ///< that the step is of
 
   /// s
   [[nodiscard]] double h() const { return (end - begin).seconds(); }
@@ -39,10 +44,16 @@ struct PhysicsStep {
 class PhysicsLoop {
  public:
   /// `node`: the one to drive; empty: the only one of type physics.external. Throws InputError where there is none or
-  /// the name does not tell which, and where an edge of policy `block` begins or ends there.
+  /// the name does not tell which, where the node has had a loop of this session already, and where an edge of policy
+  /// `block` begins or ends there.
   explicit PhysicsLoop(Session& session, std::string_view node = {});
+  PhysicsLoop(const PhysicsLoop&) = delete;
+  PhysicsLoop& operator=(const PhysicsLoop&) = delete;
+  /// The name of the node that a loop of the plan would drive. Throws InputError as the constructor does.
+  [[nodiscard]] static std::string node_of(const Plan& plan, std::string_view node = {});
 
-  /// The next step; starts the session if nobody has. Empty: the run has ended. Throws as Session::advance does.
+  /// The next step; starts the session if nobody has. Empty: the run has ended. Throws as Session::advance does, and
+  /// RunError where 100 samples of the handle have come and none can be used.
   [[nodiscard]] std::optional<PhysicsStep> next();
   /// The same, but lets at most `longest` of the run pass; empty also where no step has begun by then.
   [[nodiscard]] std::optional<PhysicsStep> next_within(Duration longest);
@@ -50,17 +61,21 @@ class PhysicsLoop {
   [[nodiscard]] bool is_running() { return !session_.is_started() || session_.is_running(); }
 
   /// Sends what `step` came to. A step may have several results, in the order of their times, or none. Throws
-  /// InputError as physics_messages does, where the time is before that of the last result or later than now, and where
-  /// the graph reads the node's `force` and the result does not say what is felt.
+  /// ResultError as physics_messages does; where the step is of another loop; where the time is before that of the last
+  /// result or of all samples of the handle that are kept, or later than now; and where the graph reads the node's
+  /// `force` or `contacts` and the result does not tell them.
   void result(const PhysicsStep& step, const PhysicsResult& result);
 
   [[nodiscard]] const NodeSpec& node() const { return session_.plan().nodes[node_]; }
+  /// The samples of the handle that have come, and those that were refused.
+  [[nodiscard]] const Refusals& refusals() const { return gate_.refusals(); }
   /// False where no edge ends at the node's input `coupling`.
   [[nodiscard]] bool has_coupling() const { return has_coupling_; }
 
  private:
   void read_inputs();
   [[nodiscard]] bool begin_step(PhysicsStep& step);
+  [[nodiscard]] Time checked_time(Time valid);
   [[nodiscard]] DeviceState handle_at(Time t) const;
   void forget_samples();
   [[nodiscard]] Time period_after(Time t) const;
@@ -70,9 +85,10 @@ class PhysicsLoop {
   const std::size_t node_;
   const double rate_;  // Hz
   const bool is_virtual_;
-  const int moving_;  // bodies of the scene
+  const std::vector<Motion> moving_;  // bodies of the scene
   bool has_coupling_ = false;
-  bool reads_force_ = false;                   // the graph
+  bool reads_force_ = false, reads_contacts_ = false;  // the graph
+  HandleGate gate_;
   std::optional<Time> due_;                    // when the next step may begin
   std::vector<Stamped<DeviceState>> samples_;  // of the handle, from the last result on
   std::optional<CouplingParameters> coupling_;

@@ -4,6 +4,7 @@
 #include <deque>
 #include <exception>
 #include <list>
+#include <set>
 #include <utility>
 
 #include "framework/core/check.hpp"
@@ -300,6 +301,7 @@ class Session::Run {
   const Attendance attendance{[this] { read(); }, [this] { return serve(); }};
   std::uint64_t messages_begun = 0;    // by on_message
   std::uint64_t dropped_by_ended = 0;  // by subscriptions that have ended
+  std::set<std::size_t> claimed;       // nodes whose inputs somebody has
   bool started = false, finished = false;
 };
 
@@ -417,6 +419,11 @@ bool Session::send(std::size_t node, std::optional<Time> valid, std::span<const 
 void Session::read_inputs(std::size_t node, const std::function<void(Node&)>& read) {
   TACTOR_DEMAND(plan().nodes[node].info->fed);
   run_->engine->with_dispatcher([&](Dispatcher& /*dispatcher*/) { read(nodes()[node]); });
+}
+
+bool Session::claim_inputs(std::size_t node) {
+  TACTOR_DEMAND(plan().nodes[node].info->fed);
+  return run_->claimed.insert(node).second;
 }
 
 void Session::set(std::string_view parameter, std::string_view value) {

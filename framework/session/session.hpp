@@ -136,6 +136,8 @@ class Session {
   /// Calls `read` with a fed node while no message reaches its inputs, so that it may take those that wait there. Live,
   /// all nodes outside of the real-time lane wait meanwhile.
   void read_inputs(std::size_t node, const std::function<void(Node&)>& read);
+  /// Gives the inputs of a fed node to the caller for the whole session; false where somebody has them.
+  [[nodiscard]] bool claim_inputs(std::size_t node);
 
   /// Sets a tunable parameter while the session runs, from text as in a graph file: set("coupling.k_0", "1200 N/m").
   /// It takes effect from the node's next step on. Throws InputError if the value is refused or the parameter is not

@@ -23,6 +23,8 @@ NodeInfo ExternalPhysics::declare() {
           {.doc = "the spring and damper between handle and tool, for the program's physics; without this input, the "
                   "program has a coupling of its own and says what is felt",
            .required = false})
+      .refuses("coupling", "massless",
+               "a program's tool has a mass, and that coupling has a massless tool; use a coupling with a damper")
       .output("state", &ExternalPhysics::state, "tool and handle at the time of the result")
       .output("bodies", &ExternalPhysics::bodies, "all moving bodies of the scene at that time, the tool first")
       .output("contacts", &ExternalPhysics::contacts, "the contacts that the program tells, at that time")
