@@ -212,4 +212,63 @@ BOOST_AUTO_TEST_CASE(results_between_two_samples_are_told_with_the_handle_betwee
   BOOST_TEST((state[81].value.X_WD == handle.at(410).value.X_WD));
 }
 
+BOOST_AUTO_TEST_CASE(a_result_for_a_time_after_its_step_has_the_handle_of_that_time) {
+  Session session(planned_text(
+      graph_text("clock: virtual\nduration: 0.6 s", pressing_hand, 100, held, "device.state, physics.state")));
+  std::vector<Stamped<PhysicsState>> state;
+  std::vector<Stamped<DeviceState>> handle;
+  keep(session, "physics.state", state);
+  keep(session, "device.state", handle);
+  PhysicsLoop loop(session);
+  while (const auto step = loop.next()) {
+    if (step->end.ns != 400 * ms) continue;
+    session.advance(Duration{5 * ms});
+    loop.result(*step, {.time = Time{step->end.ns + 4 * ms + ms / 2}, .X_WT = Pose{}});
+  }
+  session.finish();
+  BOOST_REQUIRE(state.size() == 1U);
+  const Vec3 a = handle.at(404).value.X_WD.p, b = handle.at(405).value.X_WD.p;
+  BOOST_TEST(norm(b - handle.at(400).value.X_WD.p) > 1e-6);
+  BOOST_TEST(norm(state[0].value.X_WD.p - 0.5 * (a + b)) < 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(samples_that_no_step_can_go_to_are_counted_and_end_the_run_where_all_are_so) {
+  const std::string text =
+      replaced(replaced(graph_text("clock: virtual\nduration: 1 s", still_hand, 100, held, "physics.state"),
+                        "  physics: {", "  hand: {type: source.feed, message: DeviceState}\n  physics: {"),
+               "device.state -> physics.device", "hand.message -> physics.device");
+  DeviceState good, bad, turned;
+  bad.X_WD.p.x = std::nan("");
+  turned.X_WD.R = {3, 0, 0, 0};
+  for (const bool all : {false, true}) {
+    Session session(planned_text(text));
+    PhysicsLoop loop(session);
+    session.start();
+    auto hand = session.feed("hand");
+    session.advance(Duration{50 * ms});
+    // A rotation of another length is made a rotation.
+    if (!all) BOOST_TEST(hand.send(turned));
+    for (int i = 0; i < 100; ++i) {
+      session.advance(Duration{ms});
+      BOOST_TEST(hand.send(bad));
+    }
+    if (all) {
+      BOOST_CHECK_EXCEPTION(static_cast<void>(loop.next_within(Duration{20 * ms})), RunError,
+                            [](const RunError& error) {
+                              return std::string(error.what()).find("none of the 100 samples") != std::string::npos;
+                            });
+      continue;
+    }
+    BOOST_TEST(hand.send(good));
+    const auto step = loop.next_within(Duration{20 * ms});
+    BOOST_REQUIRE(step.has_value());
+    BOOST_TEST(step->from.X_WD.R.w == 1.0);
+    BOOST_TEST(loop.refusals().refused(RefusalReason::not_finite) == 100U);
+    // There is no handle before the first sample.
+    says_like(refusal_of([&] { loop.result(*step, {.time = Time{20 * ms}, .X_WT = Pose{}}); }),
+              "^result: time: expected 0.05.* s, that of the first sample of the handle, to .*found 0.02 s");
+    loop.result(*step, {.X_WT = Pose{}});
+  }
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -27,6 +27,7 @@ struct Whole {
     contacts = Ball().contacts();
     bodies.count = 1;
     bodies.X_WB[0].p = {0.001, 0, 0.004};
+    contacts.contact[0].p_TC = {-0.001, 0, -0.008};
     result = {.time = step.end,
               .X_WT = bodies.X_WB[0],
               .V_WT = {},
@@ -55,9 +56,10 @@ const std::vector<Refused> all_refused{
        w.result.bodies = nullptr, w.result.X_WT->R = {0, 0, 0, 0};
      },
      "tool.R_WT"},
-    {[](Whole& w) { w.result.V_WT.v.z = inf; }, "tool.v_WT"},
-    {[](Whole& w) { w.result.V_WT.w.x = -inf; }, "tool.w_WT"},
-    {[](Whole& w) { w.result.X_WT->p.x = 0.002; }, "bodies\\[0\\]: expected the pose of `tool`"},
+    {[](Whole& w) { w.result.bodies = nullptr, w.result.V_WT.v.z = inf; }, "tool.v_WT"},
+    {[](Whole& w) { w.result.bodies = nullptr, w.result.V_WT.w.x = -inf; }, "tool.w_WT"},
+    {[](Whole& w) { w.result.V_WT.v.x = 0.1; }, "bodies\\[0\\]: expected the pose and velocity of `tool`"},
+    {[](Whole& w) { w.result.X_WT->p.x = 0.002; }, "bodies\\[0\\]: expected the pose and velocity of `tool`"},
     {[](Whole& w) { w.bodies.V_WB[0].w.z = inf; }, "bodies\\[0\\].w_WB"},
     {[](Whole& w) { w.bodies.count = 2; }, "bodies: expected all moving bodies of the scene, which are 1, found 2"},
     {[](Whole& w) { w.bodies.count = 0; }, "bodies: .*found 0"},
@@ -74,6 +76,13 @@ const std::vector<Refused> all_refused{
     {[](Whole& w) { w.contacts.contact[0].weight = 0; }, "contacts\\[0\\].weight: expected a number above 0"},
     {[](Whole& w) { w.contacts.contact[0].stiffness = -1; }, "contacts\\[0\\].stiffness: expected 0 or more, found -1"},
     {[](Whole& w) { w.contacts.contact[0].friction = -0.1; }, "contacts\\[0\\].friction"},
+    {[](Whole& w) { w.contacts.contact[0].inertia = -1; }, "contacts\\[0\\].inertia: expected 0 or more, found -1"},
+    {[](Whole& w) { w.contacts.contact[0].creep = -1; }, "contacts\\[0\\].creep: expected 0 or more, found -1"},
+    {[](Whole& w) { w.contacts.contact[0].lift = 1.5; }, "contacts\\[0\\].lift: expected 0 to 1, found 1.5"},
+    {[](Whole& w) { w.contacts.contact[0].lift = -0.5; }, "contacts\\[0\\].lift"},
+    {[](Whole& w) { w.contacts.contact[0].p_TC.z += 1e-5; }, "contacts\\[0\\].p_TC: .*-0.008 m in the body's frame"},
+    {[](Whole& w) { w.contacts.contact[0].p_WC.x = std::nan(""), w.result.without_p_TC.set(0); },
+     "contacts\\[0\\].p_WC: expected finite numbers"},
     {[](Whole& w) { w.contacts.pair[0].body = 1; }, "contacts\\[0\\].body: expected a moving body, 0 to 0, found 1"},
     {[](Whole& w) { w.contacts.pair[0].other = 0; }, "contacts\\[0\\].other"},
     {[](Whole& w) { w.result.time = Time{5'000'000'000}; }, "time: expected .*found 5 s"},
@@ -120,6 +129,73 @@ BOOST_AUTO_TEST_CASE(what_is_wrong_is_told_by_its_name_and_not_sent) {
   BOOST_TEST(state[0].value.contacts == 1);
   BOOST_TEST(contacts[0].value.penetrating == 1);
   BOOST_TEST((contacts[0].value.bodies.X_WB[0].p == Vec3{0.001, 0, 0.004}));
+}
+
+BOOST_AUTO_TEST_CASE(a_body_that_turns_needs_its_rotation) {
+  Session session(planned_text(replaced(held_graph(), "motion: translation", "motion: rigid")));
+  PhysicsLoop loop(session);
+  const auto step = loop.next();
+  BOOST_REQUIRE(step.has_value());
+  Whole whole(*step);
+  whole.result.without_rotation.set(0);
+  says_like(refusal_of([&] { loop.result(*step, whole.result); }), "bodies\\[0\\].R_WB: expected a rotation");
+  whole.result.bodies = nullptr;
+  says_like(refusal_of([&] { loop.result(*step, whole.result); }), "^result: tool.R_WT: expected a rotation");
+  whole.result.without_rotation.reset();
+  loop.result(*step, whole.result);
+}
+
+BOOST_AUTO_TEST_CASE(an_own_point_that_is_not_told_follows_from_the_rest) {
+  Session session(planned_text(held_graph()));
+  std::vector<Stamped<ContactSet>> contacts;
+  keep(session, "physics.contacts", contacts);
+  PhysicsLoop loop(session);
+  const auto step = loop.next();
+  Whole whole(*step);
+  whole.result.bodies = nullptr;
+  // A quarter turn about z: the world's x is the body's -y.
+  whole.result.X_WT = Pose{{1, 2, 3}, normalized({1, 0, 0, 1})};
+  Contact& contact = whole.contacts.contact[0];
+  contact.p_WC = {1.5, 2, 3};
+  contact.n_W = {-1, 0, 0};
+  contact.distance = 0.25;
+  whole.result.without_p_TC.set(0);
+  loop.result(*step, whole.result);
+  BOOST_REQUIRE(loop.next().has_value());
+  session.finish();
+  BOOST_TEST(norm(contacts.at(0).value.contact[0].p_TC - Vec3{0, -0.25, 0}) < 1e-12);
+}
+
+BOOST_AUTO_TEST_CASE(bodies_are_told_whole_or_not_at_all) {
+  const BodyStates none{.count = 0, .massless = 0, .X_WB = {}, .V_WB = {}};
+  const PhysicsResult result{.felt_D_W = Wrench{}, .bodies = &none};
+  says_like(refusal_of([&] { static_cast<void>(physics_messages(result, {}, {}, {})); }), "^result: bodies: expected");
+}
+
+BOOST_AUTO_TEST_CASE(contacts_that_the_graph_reads_are_told) {
+  Session session(
+      planned_text(graph_text("clock: virtual\nduration: 1 s", still_hand, 100, rolled_out, "physics.state")));
+  PhysicsLoop loop(session);
+  const auto step = loop.next();
+  says_like(refusal_of([&] { loop.result(*step, {.X_WT = Pose{}}); }),
+            "^result: contacts: expected a list, because the graph reads physics.contacts; found none");
+  const ContactSet none;
+  loop.result(*step, {.X_WT = Pose{}, .contacts = &none});
+}
+
+BOOST_AUTO_TEST_CASE(a_massless_coupling_is_refused) {
+  says_like(refusal_of([] { planned_text(replaced(held_graph(), "coupling.dynamic", "coupling.static")); }),
+            "massless");
+}
+
+BOOST_AUTO_TEST_CASE(a_loop_takes_its_own_steps_alone) {
+  Session session(planned_text(held_graph())), other_session(planned_text(held_graph()));
+  PhysicsLoop loop(session), other(other_session);
+  says_like(refusal_of([&] { const PhysicsLoop second(session); }), "node physics has a loop of physics already");
+  const auto step = loop.next(), foreign = other.next();
+  says_like(refusal_of([&] { loop.result(*foreign, {.X_WT = Pose{}}); }),
+            "^result: step: expected a step of this loop");
+  loop.result(*step, {.X_WT = Pose{}});
 }
 
 BOOST_AUTO_TEST_CASE(lengths_that_are_nearly_one_become_one) {
@@ -169,8 +245,9 @@ BOOST_AUTO_TEST_CASE(a_loop_says_which_node_it_wants) {
   {
     Session session(planned_text(text));
     says_like(refusal_of([&] { PhysicsLoop(session, "physic"); }), "no node physic of type physics.external.*physics");
-    PhysicsLoop named(session, "physics");
+    const PhysicsLoop named(session, "physics");
     BOOST_TEST(named.node().name == "physics");
+    BOOST_TEST(PhysicsLoop::node_of(session.plan()) == "physics");
   }
   {
     Session session(planned("wall/scene.yaml"));
