@@ -1,6 +1,7 @@
 #include "app/bridge/bridge_json.hpp"
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 
@@ -57,6 +58,10 @@ class JsonWriter {
   template <class T>
   void or_default(const char* name, const T& value) {
     (*this)(name, value);
+  }
+  template <class T>
+  void if_told(const std::optional<bool>& has, const char* name, const T& value) {
+    if (has.value_or(false)) (*this)(name, value);
   }
 
  private:
@@ -157,6 +162,16 @@ class JsonReader {
     const auto found = find(name);
     if (found != object_.end()) read(*found, value, BridgePath{&at_, name});
   }
+  template <class T>
+  void if_told(std::optional<bool>& has, const char* name, T& value) {
+    const auto found = find(name);
+    const bool is_there = found != object_.end();
+    if (has.value_or(is_there) != is_there) {
+      refuse({&at_, name}, "expected both of the rotation and the angular velocity, or neither");
+    }
+    has = is_there;
+    if (is_there) read(*found, value, BridgePath{&at_, name});
+  }
   /// Refuses fields that nobody asked for.
   void finish() const {
     if (object_.size() == taken_) return;
@@ -189,9 +204,36 @@ void read(const Json& from, Record& record, const BridgePath& at) {
   reader.finish();
 }
 
+/// Refuses objects that no message has, while they are parsed.
+class ObjectRule {
+ public:
+  bool operator()(int /*depth*/, Json::parse_event_t event, const Json& parsed) {
+    if (event == Json::parse_event_t::object_start) open_.emplace_back();
+    if (event == Json::parse_event_t::object_end) open_.pop_back();
+    if (event == Json::parse_event_t::key) take(parsed.get<std::string>());
+    return true;
+  }
+
+ private:
+  void take(const std::string& key) {
+    std::vector<std::string>& keys = open_.back();
+    if (std::find(keys.begin(), keys.end(), key) != keys.end()) {
+      throw BridgeRefusal(key, "expected each field once, found it twice in an object");
+    }
+    if (keys.size() == most_keys) {
+      throw BridgeRefusal("", "expected at most " + std::to_string(most_keys) + " fields in an object");
+    }
+    keys.push_back(key);
+  }
+
+  static constexpr std::size_t most_keys = 20;
+  std::vector<std::vector<std::string>> open_;  // the keys of each open object
+};
+
 /// The object without its type, which `type` becomes.
 Json object_in(std::string_view text, std::string& type) {
-  Json object = Json::parse(text, nullptr, false);
+  ObjectRule rule;
+  Json object = Json::parse(text, std::ref(rule), false);
   if (object.is_discarded()) throw BridgeRefusal("", "expected JSON");
   if (!object.is_object()) throw BridgeRefusal("", "expected an object");
   const auto found = object.find("type");

@@ -32,16 +32,19 @@ struct BridgeStep {
 struct BridgeContact {
   Contact contact{.weight = 1};
   ContactPair pair;
+  std::optional<bool> has_p_TC;  ///< empty: it has not
 };
 
 struct BridgeTool {
-  Pose X_WT;   ///< m
-  Twist V_WT;  ///< m/s, rad/s
+  Pose X_WT;                         ///< m
+  Twist V_WT;                        ///< m/s, rad/s
+  std::optional<bool> has_rotation;  ///< R_WT and w_WT; empty: it has not
 };
 
 struct BridgeBody {
-  Pose X_WB;   ///< m
-  Twist V_WB;  ///< m/s, rad/s
+  Pose X_WB;                         ///< m
+  Twist V_WB;                        ///< m/s, rad/s
+  std::optional<bool> has_rotation;  ///< R_WB and w_WB; empty: it has not
 };
 
 /// The result of a step: see PhysicsResult. What is not given is empty.
@@ -103,7 +106,9 @@ template <class T, class Record>
 concept IsRecord = std::same_as<std::remove_const_t<T>, Record>;
 
 // The fields of each record, in the order of the packed bytes, by the names that messages have. `v(name, member)` takes
-// a field, and `v.or_default(name, member)` one that a text may leave out.
+// a field, and `v.or_default(name, member)` one that a text may leave out. `v.if_told(has, name, member)` takes one
+// that a message may leave out, and says in `has` whether it has it; of the fields with the same `has` a message has
+// all or none.
 void fields(auto& v, IsRecord<Wrench> auto& F) {
   v("force", F.force);
   v("torque", F.torque);
@@ -133,7 +138,7 @@ void fields(auto& v, IsRecord<BridgeStep> auto& step) {
   v("coupling", step.coupling);
 }
 void fields(auto& v, IsRecord<BridgeContact> auto& c) {
-  v("p_TC", c.contact.p_TC);
+  v.if_told(c.has_p_TC, "p_TC", c.contact.p_TC);
   v("p_WC", c.contact.p_WC);
   v("n_W", c.contact.n_W);
   v("distance", c.contact.distance);
@@ -141,21 +146,24 @@ void fields(auto& v, IsRecord<BridgeContact> auto& c) {
   v("stiffness", c.contact.stiffness);
   v("damping", c.contact.damping);
   v("friction", c.contact.friction);
+  v.or_default("inertia", c.contact.inertia);
+  v.or_default("creep", c.contact.creep);
+  v.or_default("lift", c.contact.lift);
   v.or_default("H_W", c.contact.H_W);
   v.or_default("body", c.pair.body);
   v.or_default("other", c.pair.other);
 }
 void fields(auto& v, IsRecord<BridgeTool> auto& tool) {
   v("p_WT", tool.X_WT.p);
-  v.or_default("R_WT", tool.X_WT.R);
+  v.if_told(tool.has_rotation, "R_WT", tool.X_WT.R);
   v("v_WT", tool.V_WT.v);
-  v.or_default("w_WT", tool.V_WT.w);
+  v.if_told(tool.has_rotation, "w_WT", tool.V_WT.w);
 }
 void fields(auto& v, IsRecord<BridgeBody> auto& body) {
   v("p_WB", body.X_WB.p);
-  v.or_default("R_WB", body.X_WB.R);
+  v.if_told(body.has_rotation, "R_WB", body.X_WB.R);
   v("v_WB", body.V_WB.v);
-  v.or_default("w_WB", body.V_WB.w);
+  v.if_told(body.has_rotation, "w_WB", body.V_WB.w);
 }
 void fields(auto& v, IsRecord<BridgeResult> auto& result) {
   v("id", result.id);

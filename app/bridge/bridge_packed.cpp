@@ -1,8 +1,12 @@
 #include "app/bridge/bridge_packed.hpp"
 
+#include <algorithm>
+#include <array>
 #include <bit>
+#include <cmath>
 #include <cstring>
 #include <functional>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 namespace tactor {
@@ -15,6 +19,22 @@ static_assert(sizeof(Vec3) == 3 * sizeof(double) && sizeof(Quat) == 4 * sizeof(d
 template <class T>
 void put(std::string& bytes, const T& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+}
+
+template <class T>
+using Doubles = std::array<double, sizeof(T) / sizeof(double)>;
+
+/// Of a field that the message leaves out, all numbers are NaN.
+template <class T>
+T untold() {
+  Doubles<T> numbers;
+  numbers.fill(std::numeric_limits<double>::quiet_NaN());
+  return std::bit_cast<T>(numbers);
+}
+template <class T>
+bool is_untold(const T& value) {
+  const auto numbers = std::bit_cast<Doubles<T>>(value);
+  return std::all_of(numbers.begin(), numbers.end(), [](double number) { return std::isnan(number); });
 }
 
 /// Behind its head, every number of a message takes 8 bytes.
@@ -52,6 +72,10 @@ class PackedWriter {
   template <class T>
   void or_default(const char* name, const T& value) {
     (*this)(name, value);
+  }
+  template <class T>
+  void if_told(const std::optional<bool>& has, const char* name, const T& value) {
+    (*this)(name, has.value_or(false) ? value : untold<T>());
   }
 
   std::uint32_t given = 0;
@@ -146,6 +170,13 @@ class PackedReader {
   void or_default(const char* name, T& value) {
     (*this)(name, value);
   }
+  template <class T>
+  void if_told(std::optional<bool>& has, const char* name, T& value) {
+    (*this)(name, value);
+    const bool is_there = !is_untold(value);
+    if (!is_there) value = {};
+    has = has.value_or(true) && is_there;
+  }
   /// Reads the elements of lists, which are all that is left.
   void finish() {
     if (optionals_ < 32 && given_ >> optionals_ != 0) throw BridgeRefusal("given", "there is no such optional field");
@@ -211,6 +242,10 @@ class LayoutWriter {
   }
   template <class T>
   void or_default(const char* name, const T& value) {
+    (*this)(name, value);
+  }
+  template <class T>
+  void if_told(const std::optional<bool>&, const char* name, const T& value) {
     (*this)(name, value);
   }
   [[nodiscard]] LayoutJson layout() && { return {{"bytes", offset_}, {"fields", std::move(list_)}}; }

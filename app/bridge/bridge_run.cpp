@@ -35,14 +35,6 @@ HelloJson body_json(const Body& body) {
   return object;
 }
 
-/// The field that an error of a result names (`result: tool.p_WT: expected ...`); empty where it names none.
-BridgeError named_field(const std::string& message) {
-  constexpr std::string_view head = "result: ";
-  const std::size_t colon = message.find(": ", head.size());
-  if (!message.starts_with(head) || colon == std::string::npos) return {message, ""};
-  return {message.substr(colon + 2), message.substr(head.size(), colon - head.size())};
-}
-
 }  // namespace
 
 BridgeRun::BridgeRun(BridgeServer& server, Session& session, BridgeFigures& figures)
@@ -105,7 +97,7 @@ void BridgeRun::take(const BridgeArrival& arrival) {
     const auto message = packed_ ? read_client_bytes(bytes) : read_client_message(bytes);
     if (std::holds_alternative<BridgeNext>(message)) {
       if (!is_virtual_) {
-        open_.reset();
+        close_step();
       } else if (open_) {
         send_open();
       }
@@ -122,10 +114,15 @@ void BridgeRun::take(const BridgeArrival& arrival) {
     figures_.latency.record(MonotonicClock::now() - arrival.at);
   } catch (const BridgeRefusal& refusal) {
     refuse({refusal.what(), refusal.field()});
-  } catch (const InputError& error) {
-    refuse(named_field(error.what()));
+  } catch (const ResultError& error) {
+    refuse({error.reason(), error.field()});
   }
+  close_step();
+}
+
+void BridgeRun::close_step() {
   open_.reset();
+  server_.settle();
 }
 
 void BridgeRun::give(const BridgeResult& message) {
@@ -134,12 +131,14 @@ void BridgeRun::give(const BridgeResult& message) {
   if (message.tool) {
     result.X_WT = message.tool->X_WT;
     result.V_WT = message.tool->V_WT;
+    result.without_rotation[0] = !message.tool->has_rotation.value_or(false);
   }
   if (message.contacts) {
     contacts_->count = static_cast<std::int32_t>(message.contacts->size());
     for (std::size_t i = 0; i < message.contacts->size(); ++i) {
       contacts_->contact[i] = (*message.contacts)[i].contact;
       contacts_->pair[i] = (*message.contacts)[i].pair;
+      result.without_p_TC[i] = !(*message.contacts)[i].has_p_TC.value_or(false);
     }
     result.contacts = contacts_.get();
   }
@@ -148,6 +147,7 @@ void BridgeRun::give(const BridgeResult& message) {
     for (std::size_t i = 0; i < message.bodies->size(); ++i) {
       bodies_.X_WB[i] = (*message.bodies)[i].X_WB;
       bodies_.V_WB[i] = (*message.bodies)[i].V_WB;
+      if (!(*message.bodies)[i].has_rotation.value_or(false)) result.without_rotation.set(i);
     }
     result.bodies = &bodies_;
   }

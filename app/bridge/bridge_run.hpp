@@ -47,6 +47,7 @@ class BridgeRun {
   void send_open();
   void take(const BridgeArrival& arrival);
   void give(const BridgeResult& result);
+  void close_step();
   void refuse(const BridgeError& error);
   [[nodiscard]] std::string hello() const;
 

@@ -97,7 +97,14 @@ class BridgeHub {
   [[nodiscard]] std::string url() const {
     return "ws://" + at_.address().to_string() + ":" + std::to_string(listener_.port()) + "/bridge#" + token_;
   }
-  void serve(Duration longest) { io_.run_one_for(of_chrono(longest)); }
+  void serve(Duration longest) {
+    // With no time at all, run_one_for does nothing.
+    if (longest > Duration{}) {
+      io_.run_one_for(of_chrono(longest));
+    } else {
+      io_.poll_one();
+    }
+  }
   [[nodiscard]] BridgeClient client() const { return client_ && client_->is_open() ? last_client_ : 0; }
   void send(BridgeFrame frame, bool asks) {
     if (client() == 0) return;
@@ -129,7 +136,10 @@ class BridgeHub {
     strangers_.remove(peer);
     return true;
   }
-  void heard() { owes_since_.reset(); }
+  void heard() {
+    if (owes_since_) owes_since_ = MonotonicClock::now();
+  }
+  void settle() { owes_since_.reset(); }
   void forget(const std::shared_ptr<BridgePeer>& peer) {
     strangers_.remove(peer);
     if (client_ == peer) client_.reset();
@@ -289,6 +299,10 @@ BridgeClient BridgeServer::client() const {
 
 void BridgeServer::send(BridgeFrame frame, bool asks) {
   hub_->send(std::move(frame), asks);
+}
+
+void BridgeServer::settle() {
+  hub_->settle();
 }
 
 std::optional<BridgeArrival> BridgeServer::take() {

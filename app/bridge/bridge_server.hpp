@@ -31,8 +31,8 @@ struct BridgeArrival {
 /// A client, which a number identifies; counted from 1.
 using BridgeClient = std::uint32_t;
 
-/// Does its work in `serve`, on the thread that calls it. A client that has owed an answer for `longest_silence` gives
-/// way to the next one; any other keeps its place until it ends the connection.
+/// Does its work in `serve`, on the thread that calls it. A client that has owed an answer, and sent nothing, for
+/// `longest_silence` gives way to the next one; any other keeps its place until it ends the connection.
 class BridgeServer {
  public:
   static constexpr std::size_t frame_limit = std::size_t{1} << 20U;  ///< bytes, of a frame from the client
@@ -52,6 +52,8 @@ class BridgeServer {
   [[nodiscard]] BridgeClient client() const;
   /// Sends a frame to the client; lost where there is none. `asks`: the client owes an answer from then on.
   void send(BridgeFrame frame, bool asks = false);
+  /// The client owes no answer any more.
+  void settle();
   /// The frame that has come. The next one is read when all that was sent has been written.
   [[nodiscard]] std::optional<BridgeArrival> take();
   /// Lets nobody in any more, ends the connection of the client with `why`, and waits for a moment until it has gone.
