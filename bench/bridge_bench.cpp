@@ -130,7 +130,7 @@ void answer_steps(const std::string& url, Given& given) {
     const BridgeStep step = read_step_bytes(message);
     BridgeResult result;
     result.id = step.id;
-    result.tool = BridgeTool{step.handle.X_WD, step.handle.V_WD};
+    result.tool = BridgeTool{step.handle.X_WD, step.handle.V_WD, true};
     const std::string answer = to_bytes(result);
     given.add(step.end);
     beast::error_code ignored;  // the run may be over

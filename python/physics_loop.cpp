@@ -10,6 +10,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "framework/core/check.hpp"
@@ -57,10 +58,16 @@ std::optional<Wrench> wrench_of(const std::optional<Numbers>& numbers, const cha
   return Wrench{{w[0], w[1], w[2]}, {w[3], w[4], w[5]}};
 }
 
+/// An array of contact_dtype; of each contact its two bodies; and whether it tells p_TC.
+using ContactArrays = std::tuple<py::array, py::array_t<std::int32_t>, py::array_t<bool>>;
+/// Rows of bodies, and whether each tells its rotation.
+using BodyArrays = std::pair<Numbers, py::array_t<bool>>;
+
 /// The contacts and pairs, as many as there is room for; the count is that of all, so that too many are refused.
-std::unique_ptr<ContactSet> contacts_of(const py::array& contacts, const py::array_t<std::int32_t>& pairs) {
+std::unique_ptr<ContactSet> contacts_of(const ContactArrays& arrays, PhysicsResult& result) {
+  const auto& [contacts, pairs, has_p_TC] = arrays;
   if (contacts.itemsize() != static_cast<py::ssize_t>(sizeof(Contact)) || contacts.ndim() != 1 || pairs.ndim() != 2 ||
-      pairs.shape(0) != contacts.shape(0) || pairs.shape(1) != 2) {
+      pairs.shape(0) != contacts.shape(0) || pairs.shape(1) != 2 || has_p_TC.size() != contacts.shape(0)) {
     throw InputError("result: contacts: expected an array of contact_dtype, and two bodies for each");
   }
   auto set = std::make_unique<ContactSet>();
@@ -69,12 +76,14 @@ std::unique_ptr<ContactSet> contacts_of(const py::array& contacts, const py::arr
     const auto k = static_cast<std::size_t>(i);
     std::memcpy(static_cast<void*>(&set->contact[k]), contacts.data(i), sizeof(Contact));
     set->pair[k] = {pairs.at(i, 0), pairs.at(i, 1)};
+    result.without_p_TC[k] = !has_p_TC.at(i);
   }
   return set;
 }
 
-std::unique_ptr<BodyStates> bodies_of(const Numbers& rows) {
-  if (rows.ndim() != 2 || rows.shape(1) != row_size) {
+std::unique_ptr<BodyStates> bodies_of(const BodyArrays& arrays, PhysicsResult& result) {
+  const auto& [rows, has_rotation] = arrays;
+  if (rows.ndim() != 2 || rows.shape(1) != row_size || has_rotation.size() != rows.shape(0)) {
     throw InputError(fmt::format("result: bodies: expected rows of {} numbers", row_size));
   }
   auto bodies = std::make_unique<BodyStates>();
@@ -83,6 +92,7 @@ std::unique_ptr<BodyStates> bodies_of(const Numbers& rows) {
     const BodyRow body = body_of(rows.data(i));
     bodies->X_WB[static_cast<std::size_t>(i)] = body.X;
     bodies->V_WB[static_cast<std::size_t>(i)] = body.V;
+    if (!has_rotation.at(i)) result.without_rotation.set(static_cast<std::size_t>(i));
   }
   return bodies;
 }
@@ -91,12 +101,16 @@ std::unique_ptr<BodyStates> bodies_of(const Numbers& rows) {
 class PythonPhysicsLoop {
  public:
   PythonPhysicsLoop(const std::shared_ptr<SessionState>& session, const std::string& node) : session_(session) {
-    session->use([&](Session& running) {
-      if (session->is_finished()) throw RunError("physics: the session has finished");
-      loop_ = std::make_unique<PhysicsLoop>(running, node);
-    });
+    session->use([&](Session& running) { loop_ = std::make_unique<PhysicsLoop>(running, node); });
   }
 
+  /// The name of the node that a loop would drive.
+  static std::string node_of(const std::shared_ptr<SessionState>& session, const std::string& node) {
+    return session->use([&](Session& running) {
+      if (session->is_finished()) throw RunError("physics: the session has finished");
+      return PhysicsLoop::node_of(running.plan(), node);
+    });
+  }
   [[nodiscard]] std::string node() const {
     return running("node")->use([this](Session&) { return loop_->node().name; });
   }
@@ -113,23 +127,23 @@ class PythonPhysicsLoop {
     return step;
   }
 
-  void result(const PhysicsStep& step, const py::object& time, const std::optional<Numbers>& tool,
+  void result(const PhysicsStep& step, const py::object& time, const std::optional<std::pair<Numbers, bool>>& tool,
               const std::optional<Numbers>& felt, const std::optional<Numbers>& contact,
-              const std::optional<std::pair<py::array, py::array_t<std::int32_t>>>& contacts,
-              const std::optional<Numbers>& bodies) {
+              const std::optional<ContactArrays>& contacts, const std::optional<BodyArrays>& bodies) {
     const auto session = running("result");
     PhysicsResult result;
     if (!time.is_none()) result.time = Time{} + duration_of(time, "result: time");
     if (tool) {
-      check_size(*tool, row_size, "result: tool");
-      const BodyRow body = body_of(tool->data());
+      check_size(tool->first, row_size, "result: tool");
+      const BodyRow body = body_of(tool->first.data());
       result.X_WT = body.X;
       result.V_WT = body.V;
+      result.without_rotation[0] = !tool->second;
     }
     result.felt_D_W = wrench_of(felt, "result: felt");
     result.contact_T_W = wrench_of(contact, "result: contact");
-    const auto set = contacts ? contacts_of(contacts->first, contacts->second) : nullptr;
-    const auto states = bodies ? bodies_of(*bodies) : nullptr;
+    const auto set = contacts ? contacts_of(*contacts, result) : nullptr;
+    const auto states = bodies ? bodies_of(*bodies, result) : nullptr;
     result.contacts = set.get();
     result.bodies = states.get();
     session->use([&](Session&) {
@@ -193,6 +207,7 @@ void bind_physics_loop(py::module_& module) {
   py::class_<PythonPhysicsLoop>(module, "PhysicsLoop")
       .def(py::init<const std::shared_ptr<SessionState>&, const std::string&>(), py::arg("session"),
            py::arg("node") = "")
+      .def_static("node_of", &PythonPhysicsLoop::node_of, py::arg("session"), py::arg("node") = "")
       .def_property_readonly("node", &PythonPhysicsLoop::node)
       .def_property_readonly("has_coupling", &PythonPhysicsLoop::has_coupling)
       .def("next", &PythonPhysicsLoop::next)

@@ -6,7 +6,7 @@
 
 #include "app/bridge/bridge_json.hpp"
 #include "app/bridge/bridge_packed.hpp"
-#include "framework/core/check.hpp"
+#include "app/bridge/bridge_result.hpp"
 
 namespace tactor {
 
@@ -109,7 +109,7 @@ void BridgeRun::take(const BridgeArrival& arrival) {
       const std::string open = open_ ? "step " + std::to_string(open_->id) : "no step";
       return refuse({"expected the open step, found " + std::to_string(result.id) + "; open is " + open, "id"});
     }
-    give(result);
+    loop_.result(open_->step, physics_result(result, *contacts_, bodies_));
     ++figures_.results;
     figures_.latency.record(MonotonicClock::now() - arrival.at);
   } catch (const BridgeRefusal& refusal) {
@@ -123,35 +123,6 @@ void BridgeRun::take(const BridgeArrival& arrival) {
 void BridgeRun::close_step() {
   open_.reset();
   server_.settle();
-}
-
-void BridgeRun::give(const BridgeResult& message) {
-  PhysicsResult result{
-      .time = message.time, .X_WT = {}, .V_WT = {}, .felt_D_W = message.felt, .contact_T_W = message.contact};
-  if (message.tool) {
-    result.X_WT = message.tool->X_WT;
-    result.V_WT = message.tool->V_WT;
-    result.without_rotation[0] = !message.tool->has_rotation.value_or(false);
-  }
-  if (message.contacts) {
-    contacts_->count = static_cast<std::int32_t>(message.contacts->size());
-    for (std::size_t i = 0; i < message.contacts->size(); ++i) {
-      contacts_->contact[i] = (*message.contacts)[i].contact;
-      contacts_->pair[i] = (*message.contacts)[i].pair;
-      result.without_p_TC[i] = !(*message.contacts)[i].has_p_TC.value_or(false);
-    }
-    result.contacts = contacts_.get();
-  }
-  if (message.bodies) {
-    bodies_.count = static_cast<std::int32_t>(message.bodies->size());
-    for (std::size_t i = 0; i < message.bodies->size(); ++i) {
-      bodies_.X_WB[i] = (*message.bodies)[i].X_WB;
-      bodies_.V_WB[i] = (*message.bodies)[i].V_WB;
-      if (!(*message.bodies)[i].has_rotation.value_or(false)) result.without_rotation.set(i);
-    }
-    result.bodies = &bodies_;
-  }
-  loop_.result(open_->step, result);
 }
 
 void BridgeRun::refuse(const BridgeError& error) {

@@ -46,7 +46,6 @@ class BridgeRun {
   bool open_step(Duration longest);
   void send_open();
   void take(const BridgeArrival& arrival);
-  void give(const BridgeResult& result);
   void close_step();
   void refuse(const BridgeError& error);
   [[nodiscard]] std::string hello() const;

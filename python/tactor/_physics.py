@@ -1,7 +1,7 @@
 """Physics of a program's own: a simulator in Python as the physics of a session."""
 from __future__ import annotations
 
-from typing import Any, Iterator, List, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
+from typing import Any, Iterator, Mapping, NamedTuple, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -170,17 +170,18 @@ class PhysicsLoop:
         `contact`: the sum of the contacts on the tool about its origin (N, N m, in W).
         `contacts`: a list of mappings, or an array with these fields: `p_WC` (m, nearest point of the other body),
         `n_W` (unit normal from the other body towards the moving one), `distance` (m, negative inside), and the law:
-        `stiffness` (N/m), `damping` (N s/m), `friction`; further `weight` (1), `p_TC` (the moving body's point in its
-        own frame; else it follows from the rest), `H_W`, `body` (0: the tool) and `other` (-1: a fixed body).
+        `stiffness` (N/m), `damping` (N s/m), `friction`; further `weight` (1), `inertia`, `creep`, `lift`, `p_TC` (the
+        moving body's point in its own frame, at `distance` along `n_W` from `p_WC`; it follows from these), `H_W`,
+        `body` (0: the tool) and `other` (-1: a fixed body). Needed where the graph reads contacts; [] says none is near.
         `bodies`: a list of mappings of all moving bodies, the tool first: `p_WB`, `v_WB`, and `R_WB`, `w_WB` if it
         turns. Needed where the scene has several.
         `time`: s of the run for which it holds; None: `step.end`.
         Raises InputError, which names the field, where something does not fit, and sends nothing then.
         """
-        row = None if tool is None else _body_row("result: tool", tool, "T")
-        rows = None if bodies is None else _body_rows(bodies)
-        self._loop.result(step._step, time, row, _wrench("result: felt", felt), _wrench("result: contact", contact),
-                          None if contacts is None else _contacts(contacts, row, rows), rows)
+        self._loop.result(step._step, time, None if tool is None else _body_row("result: tool", tool, "T"),
+                          _wrench("result: felt", felt), _wrench("result: contact", contact),
+                          None if contacts is None else _contacts(contacts),
+                          None if bodies is None else _body_rows(bodies))
 
     def __repr__(self) -> str:
         return f"<tactor.PhysicsLoop of {self.node}>"
@@ -219,19 +220,22 @@ def _check_keys(where: str, found: Sequence[str], known: Sequence[str], needed: 
             raise InputError(f"{where}: expected the fields {', '.join(needed)}, found none named {name}")
 
 
-def _body_row(where: str, body: Body, frame: str) -> Array:
+def _body_row(where: str, body: Body, frame: str) -> Tuple[Array, bool]:
+    """The body's row, and whether it tells its rotation."""
     p, R, v, w = (name + frame for name in ("p_W", "R_W", "v_W", "w_W"))
     if not isinstance(body, Mapping):
         raise InputError(f"{where}: expected a mapping with {p}, {v} and, if it turns, {R} and {w}, found {body!r}")
     turns = R in body or w in body
     _check_keys(where, list(body), (p, R, v, w), (p, R, v, w) if turns else (p, v))
-    return _row(_numbers(f"{where}.{p}", body[p], 3), _numbers(f"{where}.{R}", body.get(R, (1, 0, 0, 0)), 4),
-                _numbers(f"{where}.{v}", body[v], 3), _numbers(f"{where}.{w}", body.get(w, (0, 0, 0)), 3))
+    row = _row(_numbers(f"{where}.{p}", body[p], 3), _numbers(f"{where}.{R}", body.get(R, (1, 0, 0, 0)), 4),
+               _numbers(f"{where}.{v}", body[v], 3), _numbers(f"{where}.{w}", body.get(w, (0, 0, 0)), 3))
+    return row, turns
 
 
-def _body_rows(bodies: Any) -> Array:
-    rows: List[Array] = [_body_row(f"result: bodies[{i}]", body, "B") for i, body in enumerate(bodies)]
-    return np.array(rows, dtype=np.float64).reshape(-1, 13)
+def _body_rows(bodies: Any) -> Tuple[Array, npt.NDArray[np.bool_]]:
+    rows = [_body_row(f"result: bodies[{i}]", body, "B") for i, body in enumerate(bodies)]
+    return (np.array([row for row, _ in rows], dtype=np.float64).reshape(-1, 13),
+            np.array([turns for _, turns in rows], dtype=np.bool_))
 
 
 def _wrench(where: str, wrench: Optional[Wrench]) -> Optional[Array]:
@@ -250,25 +254,18 @@ def _wrench(where: str, wrench: Optional[Wrench]) -> Optional[Array]:
     return _row(numbers, np.zeros(6 - len(numbers)))
 
 
-def _rotate_back(R: Array, v: Array) -> Array:
-    """v by the inverse of the quaternion."""
-    u = -R[1:]
-    t = 2 * np.cross(u, v)
-    turned: Array = v + R[0] * t + np.cross(u, t)
-    return turned
-
-
 _contact_dtype: Optional[np.dtype[Any]] = None
 
 
-def _contacts(contacts: Any, tool: Optional[Array],
-              bodies: Optional[Array]) -> Tuple[npt.NDArray[Any], npt.NDArray[np.int32]]:
+def _contacts(contacts: Any) -> Tuple[npt.NDArray[Any], npt.NDArray[np.int32], npt.NDArray[np.bool_]]:
+    """The contacts, of each its two bodies, and whether it tells p_TC."""
     global _contact_dtype
     if _contact_dtype is None:
         _contact_dtype = _tactor.contact_dtype()
     fields = _contact_dtype.names or ()
     made = np.zeros(len(contacts), _contact_dtype)
     pairs = np.zeros((len(contacts), 2), np.int32)
+    has_p_TC = np.zeros(len(contacts), np.bool_)
     for i, contact in enumerate(contacts):
         where = f"result: contacts[{i}]"
         dtype = getattr(contact, "dtype", None)
@@ -282,9 +279,8 @@ def _contacts(contacts: Any, tool: Optional[Array],
                 row[name] = _numbers(f"{where}.{name}", contact[name], shape[0]) if shape else _number(where, name, contact)
         pairs[i] = [_index(where, "body", contact, 0) if "body" in names else 0,
                     _index(where, "other", contact, _FIXED) if "other" in names else _FIXED]
-        if "p_TC" not in names:
-            row["p_TC"] = _own_point(row[0], int(pairs[i, 0]), tool, bodies)
-    return made, pairs
+        has_p_TC[i] = "p_TC" in names
+    return made, pairs, has_p_TC
 
 
 def _number(where: str, name: str, contact: Any) -> float:
@@ -299,12 +295,3 @@ def _index(where: str, name: str, contact: Any, low: int) -> int:
     if not low <= number < 1 << 30 or number != int(number):
         raise InputError(f"{where}.{name}: expected a whole number from {low}, found {contact[name]!r}")
     return int(number)
-
-
-def _own_point(contact: Any, body: int, tool: Optional[Array], bodies: Optional[Array]) -> Array:
-    """The moving body's point in its own frame: at the distance from the other body's nearest point, along the normal."""
-    rows = bodies if bodies is not None else np.empty((0, 13)) if tool is None else tool.reshape(1, 13)
-    if body >= len(rows):
-        return np.zeros(3)  # there is no such body, and the contact is refused
-    row = rows[body]
-    return _rotate_back(row[3:7], contact["p_WC"] + contact["distance"] * contact["n_W"] - row[0:3])

@@ -120,6 +120,7 @@ class Session:
         #: The graph that runs.
         self.graph: Graph = made.with_feeds(*names) if names else made
         self._session = _tactor.Session(self.graph._graph, pace, no_dead_man=no_dead_man)
+        self._loops: Dict[str, PhysicsLoop] = {}
         warn(self._session.notes())
         if self._session.live:
             _live.add(self)
@@ -161,9 +162,13 @@ class Session:
     def physics(self, node: Optional[str] = None) -> PhysicsLoop:
         """The loop in which the program itself is the physics: of the graph's node `node` of type physics.external.
 
-        None: the only node of that type. Raises InputError where there is none, or several.
+        None: the only node of that type. The same object for the same node each time. Raises InputError where there is
+        none, or several.
         """
-        return PhysicsLoop(_tactor.PhysicsLoop(self._session, node or ""))
+        name = _tactor.PhysicsLoop.node_of(self._session, node or "")
+        if name not in self._loops:
+            self._loops[name] = PhysicsLoop(_tactor.PhysicsLoop(self._session, name))
+        return self._loops[name]
 
     def set(self, parameter: str, value: Value) -> None:
         """Sets a tunable parameter: `set("coupling.k_0", "1200 N/m")`; a number is in the SI unit.

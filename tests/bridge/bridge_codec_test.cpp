@@ -49,6 +49,11 @@ struct Filler {
   void or_default(const char* name, T& value) {
     (*this)(name, value);
   }
+  template <class T>
+  void if_told(std::optional<bool>& has, const char* name, T& value) {
+    has = true;
+    (*this)(name, value);
+  }
 };
 
 template <class Record>
@@ -164,13 +169,49 @@ BOOST_AUTO_TEST_CASE(a_refusal_of_a_text_names_the_field) {
   without["tool"].erase("v_WT");
   BOOST_TEST(refused_field(without) == "tool.v_WT");
   without = good;
-  for (const char* name : {"H_W", "body", "other", "weight"}) without["contacts"][0].erase(name);
+  for (const char* name : {"p_TC", "H_W", "body", "other", "weight", "inertia", "creep", "lift"}) {
+    without["contacts"][0].erase(name);
+  }
   for (const char* name : {"R_WT", "w_WT"}) without["tool"].erase(name);
   BOOST_TEST(refused_field(without) == "nothing");
   const BridgeResult read = result_in(read_client_message(without.dump()));
   BOOST_TEST(read.contacts->front().contact.weight == 1.0);
   BOOST_TEST(read.contacts->front().pair.other == ContactPair::fixed);
   BOOST_TEST((read.tool->X_WT.R == Quat{}));
+  BOOST_TEST(!read.tool->has_rotation.value_or(true));
+  BOOST_TEST(!read.contacts->front().has_p_TC.value_or(true));
+  BOOST_TEST(read.contacts->back().has_p_TC.value_or(false));
+  // Bytes leave the same out.
+  const BridgeResult again = result_in(read_client_bytes(to_bytes(read)));
+  BOOST_TEST(to_text(again) == to_text(read));
+  BOOST_TEST(!json::parse(to_text(again))["tool"].contains("R_WT"));
+}
+
+BOOST_AUTO_TEST_CASE(a_rotation_is_told_whole_or_not_at_all) {
+  const json good = json::parse(to_text(filled<BridgeResult>()));
+  for (const char* name : {"R_WT", "w_WT"}) {
+    json half = good;
+    half["tool"].erase(name);
+    BOOST_TEST(refused_field(half) == "tool.w_WT");
+  }
+  json half = good;
+  half["bodies"][1].erase("R_WB");
+  BOOST_TEST(refused_field(half) == "bodies[1].w_WB");
+}
+
+BOOST_AUTO_TEST_CASE(objects_are_bounded_while_they_are_read) {
+  json many = json::parse(to_text(filled<BridgeResult>()));
+  for (int i = 0; i < 21; ++i) many["tool"]["x" + std::to_string(i)] = 0;
+  const auto [field, why] = refusal([&] { static_cast<void>(read_client_message(many.dump())); });
+  BOOST_TEST(field == "");
+  BOOST_TEST(why.find("at most 20 fields") != std::string::npos);
+  const char* twice =
+      R"({"type": "result", "id": 1, "tool": {"p_WT": [0, 0, 0], "v_WT": [0, 0, 0], "v_WT": [1, 0, 0]}})";
+  BOOST_TEST(refusal([&] { static_cast<void>(read_client_message(twice)); }).first == "v_WT");
+  // The same name in another object is another field.
+  const char* once = R"({"type": "result", "id": 1, "felt": {"force": [0, 0, 0], "torque": [0, 0, 0]},
+                         "contact": {"force": [0, 0, 0], "torque": [0, 0, 0]}})";
+  BOOST_TEST(refusal([&] { static_cast<void>(read_client_message(once)); }).first == "nothing");
 }
 
 BOOST_AUTO_TEST_CASE(what_is_no_message_is_refused) {

@@ -19,7 +19,8 @@ TEXT, BINARY = 1, 2
 HANDLE = "3d4d3d3dq"
 STEP = struct.Struct(f"<IIQqq{HANDLE}{HANDLE}6dq")
 TOOL = struct.Struct("<3d4d3d3d")
-CONTACT = struct.Struct("<3d3d3dddddd6dqq")
+CONTACT = struct.Struct("<3d3d3d8d6dqq")
+UNTOLD = {name: [float("nan")] * size for name, size in (("R_W", 4), ("w_W", 3), ("p_TC", 3))}
 
 
 def upgrade_lines(port, token, **given):
@@ -49,7 +50,7 @@ def unpacked(message):
 
 
 def pose_and_twist(state, body):
-    return TOOL.pack(*(number for name in ("p_W", "R_W", "v_W", "w_W") for number in state[name + body]))
+    return TOOL.pack(*(number for name in ("p_W", "R_W", "v_W", "w_W") for number in state.get(name + body) or UNTOLD[name]))
 
 
 def wrench(values):
@@ -66,8 +67,9 @@ def packed(result):
         struct.pack("<IIQq", 2, given, result["id"], result.get("time") or 0),
         pose_and_twist(result["tool"], "T") if result.get("tool") else bytes(TOOL.size), wrench(result.get("felt")), wrench(result.get("contact")),
         struct.pack("<QQ", len(contacts), len(bodies)),
-        *(CONTACT.pack(*(number for name in numbers for number in one[name]),
+        *(CONTACT.pack(*(number for name in numbers for number in one.get(name) or UNTOLD[name]),
                        *(one[name] for name in ("distance", "weight", "stiffness", "damping", "friction")),
+                       *(one.get(name, 0) for name in ("inertia", "creep", "lift")),
                        *one.get("H_W", [0] * 6), one.get("body", 0), one.get("other", -1)) for one in contacts),
         *(pose_and_twist(one, "B") for one in bodies)])
 

@@ -124,6 +124,18 @@ class Live(CommandTest):
         time.sleep(1)
         self.assertEqual({f for _, f in self.finish()}, {0.0})
 
+    def test_a_client_that_leaves_before_its_first_step_makes_room(self):
+        self.bridge.end()
+        self.bridge = Bridge(self.folder / "pressed.yaml", "--set", "physics.rate=0.1 Hz", "--duration", "3 s", "--out", self.folder / "slow",
+                             environment=self.environment)
+        self.addCleanup(self.bridge.end)
+        # No step begins in this run.
+        self.bridge.client().close()
+        self.addCleanup(self.bridge.client_when_free(seconds=2).close)
+        self.assertEqual(self.bridge.wait(), 0, self.bridge.told)
+        figures = json.loads((self.folder / "slow/bridge.json").read_text())
+        self.assertEqual((figures["clients"], figures["steps"]), (2, 0))
+
     def test_refused_results_let_the_force_fade(self):
         client = self.bridge.client()
         before = self.work(client, 1.5)["end"] * 1e-9

@@ -21,7 +21,7 @@ STREAMS = ("physics.state", "interpolation.segment", "device.commanded")
 
 
 def contact(**changed):
-    return {"p_TC": [0, 0, -0.004], "p_WC": [0, 0, 0], "n_W": [0, 0, 1], "distance": 0.001, "weight": 1, "stiffness": 2000, "damping": 2,
+    return {"p_WC": [0, 0, 0], "n_W": [0, 0, 1], "distance": 0.001, "weight": 1, "stiffness": 2000, "damping": 2,
             "friction": 0, **changed}
 
 
@@ -157,6 +157,14 @@ class Faults(BridgeTest):
         yield "5,000 contacts in bytes", binary(changed(contacts=[contact()] * 5000)), "contacts"
         yield "10,000 contacts, too large a frame", binary(changed(contacts=[contact()] * 10_000)), ""
         yield "a contact of a body that is not there", text(changed(contacts=[contact(), contact(body=1)])), "contacts[1].body"
+        yield "a point that is not where the contact is", binary(changed(contacts=[contact(p_TC=[0, 0, 1])])), "contacts[0].p_TC"
+        yield "five of six numbers", text(changed(contacts=[contact(H_W=[0] * 5)])), "contacts[0].H_W"
+        yield "NaN at the wall in bytes", binary(changed(contacts=[contact(p_WC=[nan, 0, 0])])), "contacts[0].p_WC"
+        yield "an inertia below zero", text(changed(contacts=[contact(inertia=-1)])), "contacts[0].inertia"
+        yield "a lift above one in bytes", binary(changed(contacts=[contact(lift=2)])), "contacts[0].lift"
+        yield "a rotation without angular velocity", text(changed(tool={k: v for k, v in result["tool"].items() if k != "w_WT"})), "tool.w_WT"
+        yield "a field twice", (TEXT, json.dumps(result).replace('"id"', '"id": 1, "id"').encode()), "id"
+        yield "100 fields", text(changed(**{f"f{i}": 0 for i in range(100)})), ""
         yield "two bodies", text(changed(bodies=[body, body])), "bodies"
         yield "no body", binary(changed(bodies=[])), "bodies"
         yield "no tool", text({"type": "result", "id": result["id"]}), "tool"
@@ -230,6 +238,33 @@ class Faults(BridgeTest):
         self.finish(bridge)
         self.assertEqual(self.streams("old"), undisturbed)
         self.assertEqual(self.figures("old")["refused"], 4)
+
+    def test_a_ball_that_turns_needs_its_rotation(self):
+        graph = self.write("turns.yaml", f"extends: {GRAPH}\nscene: {{bodies: {{ball: {{motion: rigid}}}}}}\n")
+        bridge, ball = self.bridge(graph=graph), Ball()
+        client = bridge.client()
+        for packed_now in (False, True):
+            result = ball.step(client.until("step"))
+            client.packed = packed_now
+            client.answer({**result, "tool": {name: result["tool"][name] for name in ("p_WT", "v_WT")}})
+            error, _ = client.message()
+            self.assertEqual((error["type"], error["field"]), ("error", "tool.R_WT"))
+            self.assertIn("rotation", error["message"])
+        client.play(ball)
+        self.finish(bridge)
+        self.assertEqual(self.figures()["refused"], 2)
+
+    def test_a_client_that_hangs_after_a_wrong_answer_gives_way(self):
+        bridge, ball = self.bridge(), Ball()
+        first = bridge.client()
+        step = first.play(ball, lambda message: message["id"] == 10)
+        first.answer({**ball.step(step), "id": 9})
+        first.until("error")
+        second = bridge.client_when_free()
+        self.assertEqual(second.until("step")["id"], 10)
+        second.ask()
+        second.play(ball)
+        self.finish(bridge)
 
     def test_a_client_that_dies_is_replaced_within_its_step(self):
         undisturbed, _ = self.undisturbed()

@@ -196,6 +196,10 @@ class Results(PhysicsTest):
             ({"tool": good, "contacts": [{**touch, "other": 0}]}, r"contacts\[0\]\.other"),
             ({"tool": good, "contacts": [{**touch, "body": 0.5}]}, r"contacts\[0\]\.body: expected a whole number"),
             ({"tool": good, "contacts": [touch] * 129}, "contacts: expected at most 128 of them, found 129"),
+            ({"tool": good, "contacts": [{**touch, "inertia": -1}]}, r"contacts\[0\]\.inertia: expected 0 or more"),
+            ({"tool": good, "contacts": [{**touch, "p_TC": [0, 0, 0]}]}, r"contacts\[0\]\.p_TC: .*-0\.004 m in the body's frame"),
+            ({"tool": good, "contacts": [{**touch, "p_WC": [0, math.nan, 0]}]}, r"contacts\[0\]\.p_WC: expected finite"),
+            ({"tool": good, "bodies": [{"p_WB": good["p_WT"], "v_WB": [0, 0, 1]}]}, r"bodies\[0\]: expected the pose and velocity"),
             ({"bodies": [{"p_WB": [0, 0, 0], "v_WB": [0, 0, 0]}] * 2}, "bodies: .*which are 1, found 2"),
             ({"bodies": []}, "bodies: .*found 0"),
             ({"contacts": [touch]}, "tool: expected a pose, because contacts"),
@@ -237,6 +241,30 @@ class Results(PhysicsTest):
         # The tool's point lies 1 mm below the wall's; the tool is turned by 2 atan2(0.8, 0.6) about z.
         turn = -2 * math.atan2(0.8, 0.6)
         numpy.testing.assert_allclose(found["p_TC"], [0.002 * math.cos(turn), 0.002 * math.sin(turn), -0.004], atol=1e-12)
+
+    def test_a_tool_that_turns_needs_its_rotation(self):
+        with tactor.Session(self.graph(motion="rigid")) as session:
+            loop = session.physics()
+            step = loop.next()
+            self.assertRegex(self.refused(tactor.InputError, loop.result, step, tool=self.GOOD), r"tool\.R_WT: expected a rotation")
+            body = {"p_WB": [0, 0, 0], "v_WB": [0, 0, 0]}
+            self.assertRegex(self.refused(tactor.InputError, loop.result, step, bodies=[body]), r"bodies\[0\]\.R_WB: expected a rotation")
+            loop.result(step, tool={**self.GOOD, "R_WT": [1, 0, 0, 0], "w_WT": [0, 0, 0]})
+
+    def test_contacts_that_the_graph_reads_are_told(self):
+        with tactor.Session(self.graph(reads=True)) as session:
+            loop = session.physics()
+            step = loop.next()
+            self.assertIn("contacts: expected a list", self.refused(tactor.InputError, loop.result, step, tool=self.GOOD))
+            loop.result(step, tool=self.GOOD, contacts=[])
+
+    def test_a_node_has_one_loop(self):
+        with tactor.Session(self.graph()) as session, tactor.Session(self.graph()) as other:
+            loop = session.physics()
+            self.assertIs(session.physics("physics"), loop)
+            loop.next()
+            foreign = other.physics().next()
+            self.assertIn("step: expected a step of this loop", self.refused(tactor.InputError, loop.result, foreign, tool=self.GOOD))
 
     def test_misuse_is_told(self):
         self.assertIn("no node of type physics.external", self.refused(tactor.InputError, lambda: tactor.Session("wall/scene").physics()))
