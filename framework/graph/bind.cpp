@@ -173,11 +173,29 @@ class Binder {
       }
     }
     if (found.size() == 1) {
+      check_role(binding, found.front());
       bound_[binding.name] = found.front();
     } else if (found.empty() && binding.optional) {
       dropped_.insert(binding.name);
     } else {
       refuse(binding, names, described_names);
+    }
+  }
+
+  /// Refuses a node that has the name alone, where another one has the role that the entry says. Where no node has that
+  /// role, the name counts: a recorded force may stand in the place of a coupling.
+  void check_role(const Binding& binding, const std::string& found) {
+    const TreeEntry* own = own_node(binding.name);
+    const NodeInfo* info = type_of_(*node_below(found));
+    if (!binding.node.empty() || info == nullptr || name_of(info->role) == binding.role) return;
+    if (own != nullptr && own->value.kind == Tree::Kind::null) return;  // it goes
+    for (const TreeEntry& node : below_->entries) {
+      const NodeInfo* other = own_node(node.key) == nullptr ? type_of_(node) : nullptr;
+      if (other == nullptr || name_of(other->role) != binding.role) continue;
+      diagnostics_.error(binding.place, "bind." + binding.name + ": expected a node of role " + binding.role +
+                                            ", found " + described(*node_below(found)) + " by its name and " +
+                                            described(node) + " by its role" + help_for(binding));
+      return;
     }
   }
 
@@ -217,12 +235,15 @@ class Binder {
     return edges_below_ == nullptr || std::all_of(edges_below_->items.begin(), edges_below_->items.end(), has);
   }
 
+  [[nodiscard]] static std::string help_for(const Binding& binding) {
+    return "; to name the node that is meant, lay a file with `extends` of this one over the graph instead that says "
+           "`bind: {" +
+           binding.name + ": {node: NAME}}`";
+  }
+
   void refuse(const Binding& binding, const std::vector<std::string>& names, const std::vector<std::string>& found) {
     const std::string path = "bind." + binding.name;
-    const std::string help =
-        "; to name the node that is meant, lay a file with `extends` of this one over the graph "
-        "instead that says `bind: {" +
-        binding.name + ": {node: NAME}}`";
+    const std::string help = help_for(binding);
     if (!binding.node.empty()) {
       diagnostics_.error(binding.place, path + ".node: there is no node \"" + binding.node + "\" in the graph below (" +
                                             list_of(names) + ")" + did_you_mean(binding.node, names));

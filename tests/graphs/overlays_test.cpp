@@ -285,6 +285,20 @@ BOOST_AUTO_TEST_CASE(of_two_candidates_the_file_must_name_one) {
   says(foreign.refusal({"mine.yaml"}), "did you mean \"ghost\"?");
 }
 
+BOOST_AUTO_TEST_CASE(a_node_that_has_the_name_alone_is_not_taken_for_one_that_has_the_role) {
+  // In this graph the physics is called `engine`, and a predictor `dynamics`.
+  const Foreign foreign(
+      foreign_scene("  dynamics: {type: prediction.hold}\n", "  - coupling.force -> dynamics.force\n"));
+  const std::string why = foreign.refusal({"local"});
+  says(why,
+       "bind.dynamics: expected a node of role dynamics, found dynamics (prediction.hold, prediction) by its name");
+  says(why, "and engine (mylab.physics, dynamics) by its role");
+  says(why, "bind: {dynamics: {node: NAME}}");
+  foreign.write("mine.yaml", "format: 2\nextends: " + (graphs / "methods/local.yaml").string() +
+                                 "\nbind: {dynamics: {node: engine}}\n");
+  BOOST_TEST(edges_of(foreign.load({"mine.yaml"})).contains("engine.where -> local.bodies"));
+}
+
 BOOST_AUTO_TEST_CASE(names_bind_through_files_that_extend_each_other_and_a_method_alone_binds_to_nothing) {
   const Foreign foreign;
   foreign.write("tuned.yaml", "format: 2\nextends: " + (graphs / "methods/local_4.yaml").string() +
