@@ -117,13 +117,16 @@ void serve(const std::string& url) {
     if (error) throw beast::system_error(error);
     const std::string message = beast::buffers_to_string(buffer.data());
     if (bridge.got_text()) continue;  // the greeting, and a step that came before our request
-    Step step;
-    if (message.size() != sizeof step) {
-      std::uint32_t size = 0;  // of the text, behind which is the name of the field
-      std::memcpy(&size, message.data() + 4, sizeof size);
+    std::uint32_t kind = 0, size = 0;  // an error has the size of its text next
+    if (message.size() < sizeof kind + sizeof size) throw std::runtime_error("the bridge sent no message");
+    std::memcpy(&kind, message.data(), sizeof kind);
+    if (kind == 3) {
+      std::memcpy(&size, message.data() + sizeof kind, sizeof size);
       std::fprintf(stderr, "the bridge refused a result: %s\n", message.substr(12, size).c_str());
       continue;
     }
+    Step step;
+    if (kind != 1 || message.size() != sizeof step) throw std::runtime_error("the bridge sent no step");
     std::memcpy(&step, message.data(), sizeof step);
     const Result result = ball.step(step);
     bridge.write(boost::asio::buffer(&result, sizeof result));
