@@ -143,7 +143,8 @@ bool same_twist(const Twist& a, const Twist& b) {
 std::optional<BodyStates> checked_bodies(const PhysicsResult& result, std::span<const Motion> moving) {
   const auto count = result.bodies != nullptr ? result.bodies->count : result.X_WT ? 1 : 0;
   if (count == 0 && result.bodies == nullptr) return std::nullopt;
-  if (count != static_cast<std::int64_t>(moving.size()) || count == 0) {
+  if (moving.empty()) refuse_field(result.bodies != nullptr ? "bodies" : "tool", "none, because no body moves");
+  if (count != static_cast<std::int64_t>(moving.size())) {
     refuse_field(result.bodies != nullptr ? "bodies" : "tool", "all moving bodies of the scene, which are " +
                                                                    std::to_string(moving.size()) + ", found " +
                                                                    std::to_string(count));
