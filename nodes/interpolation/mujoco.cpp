@@ -22,7 +22,7 @@ void declare_trust(Declare<MujocoRollout>& node) {
           {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
           Params::Restart::always,
           "always: each result puts the scene back to where physics has it; on_disagreement: the scene stays where the "
-          "rollout has it as long as physics does not keep having the tool elsewhere")
+          "rollout has it as long as nothing else moves and physics does not keep having the tool elsewhere")
       .real<Duration>(
           "trust_time", &Params::trust_time,
           {.doc = "age of a physics result beyond which it is no longer continued. Three times the longest of the last "
@@ -71,6 +71,8 @@ void MujocoRollout::declare_metrics(Declare<MujocoRollout>& node) {
       .summed()
       .metric("rollout.failed_steps", "1", "steps that MuJoCo could not make", Better::lower,
               &MujocoRollout::failed_steps_)
+      .metric("rollout.overruns", "1", "times that more sub-steps were due than max_substeps", Better::lower,
+              &MujocoRollout::overruns_)
       .metric("rollout.steps", "1", "sub-steps", Better::neither,
               [](const MujocoRollout& self) { return self.motion_.steps(); })
       .metric("rollout.moving_bodies", "1", "bodies of the scene that the rollout moves, each with what hangs on it",
@@ -101,6 +103,7 @@ NodeInfo MujocoRollout::declare() {
           "the displayed force stays as it is. The difference decays as tau^2 e'' + 2 tau e' + e = 0, from a rate "
           "between 0 and -e / tau, so it neither grows nor overshoots. A result is trusted until it is older than "
           "`trust_time` and than three intervals between results; then, or if a step fails, the last force is held. "
+          "The same holds if a tick would need more than `max_substeps`, after a gap in the samples of the handle. "
           "The segments tell the device for how long a result is trusted.\nA step takes the time that MuJoCo takes, "
           "for which nothing gives a bound: measure it on your scene before you put the node into the real-time lane. "
           "The node refuses models of which MuJoCo allocates memory in a step.")
@@ -116,6 +119,11 @@ NodeInfo MujocoRollout::declare() {
              .min = 0,
              .max = 1,
              .above_min = true})
+      .integer("max_substeps", &Params::max_substeps,
+               {.doc = "most sub-steps of a tick; if more are due, the force is held until the next result",
+                .default_value = 100,
+                .min = 1,
+                .max = 100000})
       .unneeded(nothing_moves)
       .haptic_rate(&Params::rate, {.doc = "ticks per second"})
       .role(Role::interpolation);
@@ -154,18 +162,33 @@ bool MujocoRollout::trusted(Time now) const {
   return now - intake_.valid() < trust_.time() && !failed_;
 }
 
+/// Whether the scene may stay where the rollout has it: a result tells of the tool alone.
+bool MujocoRollout::may_keep() const {
+  const std::size_t of_tool = motion_.engine().tool_rotates() ? 6 : 3;
+  return params_.restart == Params::Restart::on_disagreement && intake_.running() && !failed_ && !held_ &&
+         motion_.engine().numbers().velocity.size() == of_tool;
+}
+
+/// Takes the state into use, with the scene as it is or where the state has it; or why not.
+RefusalReason MujocoRollout::take_state(const EngineState& state, bool keep) {
+  if (keep) return refusal_of(state);
+  // What the handle did between a state and the samples that are known would be guessed.
+  if (state.time < track_[track_.first()].stamp.valid && track_.first() > 0) return RefusalReason::late;
+  return motion_.restart(state);
+}
+
 /// True where a new state has come and is gone on with.
 bool MujocoRollout::take_model(Time now) {
   const Stamped<EngineState>& newest = *model.latest();
   if (intake_.is_in_use(newest.stamp) || intake_.was_refused(newest.stamp)) return false;
-  if (intake_.is_late(newest, now)) {
+  // Results that are slow may be trusted for longer than the ones before.
+  const Duration most_trusted = std::max(trust_.time(), params_.trust_time_max);
+  if (intake_.is_late(newest, now) || now - newest.stamp.valid >= most_trusted) {
     intake_.refuse(newest.stamp, RefusalReason::late);
     return false;
   }
-  const bool keep = params_.restart == Params::Restart::on_disagreement && intake_.running() && !failed_ && !held_ &&
-                    !trust_.disagrees(newest.stamp.valid, newest.value.p_WT_result);
-  const RefusalReason why = keep ? refusal_of(newest.value) : motion_.restart(newest.value);
-  if (why != RefusalReason::none) {
+  const bool keep = may_keep() && !trust_.disagrees(newest.stamp.valid, newest.value.p_WT_result);
+  if (const RefusalReason why = take_state(newest.value, keep); why != RefusalReason::none) {
     intake_.refuse(newest.stamp, why);
     return false;
   }
@@ -184,6 +207,11 @@ bool MujocoRollout::take_model(Time now) {
 /// Goes through the samples that the engine has not been through yet.
 void MujocoRollout::go_on() {
   const std::size_t due = track_.count() - advanced_;
+  if (due > 0 && motion_.substeps_to(track_.newest().stamp.valid) > params_.max_substeps) {
+    failed_ = true;
+    ++overruns_;
+    return;
+  }
   const std::size_t steps = std::min(due, most_samples);
   for (std::size_t k = 1; k <= steps && !failed_; ++k) {
     failed_ = !motion_.advance(track_[advanced_ + due * k / steps - 1], coupling_);
@@ -210,7 +238,7 @@ void MujocoRollout::step(StepContext& context) {
   const Time now = context.now();
   const bool corrected = take_model(now);
   if (!intake_.running() && !corrected) return;
-  if (!failed_) go_on();
+  if (trusted(now)) go_on();
   const bool hold = !trusted(now);
   ForceState to;
   if (hold) {

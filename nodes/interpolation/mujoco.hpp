@@ -15,10 +15,11 @@ namespace tactor {
 
 /// Moves an engine of its own from the newest state of prediction.mujoco through each sample of the handle. Displays
 /// the coupling's wrench, carried on to the time of display, and blends where a state arrives, as Rollout does. A state
-/// is trusted as in Rollout. Where it is older, or a step failed, the last trusted force is held.
+/// is trusted as in Rollout. Where it is older, a step failed, or a tick would need more than `max_substeps`, the last
+/// trusted force is held until a state comes that can be gone on with.
 ///
 /// With `restart: on_disagreement` the scene stays as the rollout has it until physics has the tool elsewhere for
-/// longer than the patience, or farther than is trusted.
+/// longer than the patience, or farther than is trusted. The tool has to be all that moves in the scene for that.
 class MujocoRollout final : public Node, public Refusing {
  public:
   struct Params : EngineParams, TrustOptions {
@@ -26,6 +27,7 @@ class MujocoRollout final : public Node, public Refusing {
     double rate = 0;
     enum class Restart { always, on_disagreement };
     Restart restart = Restart::always;
+    std::int32_t max_substeps = 0;  // of a tick
   };
   MujocoRollout(const Params& params, const NodeContext& context);
   static NodeInfo declare();
@@ -39,6 +41,8 @@ class MujocoRollout final : public Node, public Refusing {
  private:
   static void declare_metrics(Declare<MujocoRollout>& node);
   bool take_model(Time now);
+  [[nodiscard]] RefusalReason take_state(const EngineState& state, bool keep);
+  [[nodiscard]] bool may_keep() const;
   void go_on();
   void note_state();
   [[nodiscard]] Wrench wrench() const;
@@ -59,7 +63,7 @@ class MujocoRollout final : public Node, public Refusing {
   bool held_ = false;    // at the last tick
   Wrench held_wrench_;   // within the device's limits
   Wrench result_wrench_;
-  std::int64_t rolled_ticks_ = 0, held_ticks_ = 0, failed_steps_ = 0;
+  std::int64_t rolled_ticks_ = 0, held_ticks_ = 0, failed_steps_ = 0, overruns_ = 0;
 };
 
 }  // namespace tactor

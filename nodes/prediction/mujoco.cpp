@@ -58,6 +58,8 @@ void MujocoPredictor::step(StepContext&) {
 
 /// Sends the result's state, brought on to the newest sample; or why not.
 RefusalReason MujocoPredictor::take_result(const Stamped<EngineState>& result) {
+  // What the handle did between a result and the samples that are known would be guessed.
+  if (track_.first() > 0 && result.value.time < track_[track_.first()].stamp.valid) return RefusalReason::late;
   if (const RefusalReason refusal = motion_.restart(result.value); refusal != RefusalReason::none) return refusal;
   for (std::size_t k = track_.after(motion_.time()); k < track_.count(); ++k) {
     // The display goes on with the model before.

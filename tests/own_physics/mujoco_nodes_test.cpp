@@ -78,7 +78,8 @@ void give_sample(N& node, int ms) {
 /// Physics with every sample of the handle.
 class Physics {
  public:
-  Physics() : node_(params_of<MujocoPhysics>(), context_for(the_scene())) {
+  explicit Physics(const MujocoPhysics::Params& params = params_of<MujocoPhysics>())
+      : node_(params, context_for(the_scene())) {
     node_.device.configure({QueuePolicy::drop_oldest, 4096});
     node_.coupling.configure({});
     node_.coupling.push({}, &stiff);
@@ -281,6 +282,87 @@ BOOST_AUTO_TEST_CASE(a_step_that_fails_holds_the_force_until_the_next_result) {
   node.model.push(stamp_ms(103, 1), &state);
   for (int ms = 103; ms < 140; ++ms) tick(ms, handle_at(ms));
   BOOST_TEST(metrics_of(node).at("rollout.held_ticks") == 1.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_gap_in_the_samples_is_not_stepped_through_in_one_tick) {
+  Physics physics;
+  for (const double trust : {0.25, 10.0}) {
+    auto params = params_of<MujocoRollout>();
+    params.trust_time = params.trust_time_max = Duration::from_seconds(trust);
+    Display display(params);
+    const int begin = trust < 1 ? 100 : 3000, end = begin + 2010;
+    display.give(begin, begin, physics.go_to(begin));
+    for (int ms = begin; ms <= begin + 10; ++ms) BOOST_REQUIRE(display.tick(ms));
+    const double steps = display.metric("rollout.steps");
+    const Vec3 last = display.force(begin + 10);
+    BOOST_REQUIRE(display.tick(end));
+    BOOST_TEST(display.metric("rollout.steps") == steps);
+    // A result that is old enough is not trusted, so no step is due.
+    BOOST_TEST(display.metric("rollout.overruns") == (trust < 1 ? 0.0 : 1.0));
+    BOOST_TEST(display.metric("rollout.held_ticks") == 1.0);
+    BOOST_TEST(norm(display.force(end + 20) - last) < 0.2);
+    display.give(end, end + 1, physics.go_to(end));
+    for (int ms = end + 1; ms < end + 40; ++ms) BOOST_REQUIRE(display.tick(ms));
+    physics.go_to(end + 39);
+    BOOST_TEST(norm(display.force(end + 39) - physics.force()) < 1e-6);
+    BOOST_TEST(display.metric("rollout.held_ticks") == 1.0);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_state_that_is_too_old_to_be_trusted_is_refused_as_late) {
+  Physics physics;
+  auto params = params_of<MujocoRollout>();
+  params.trust_time = params.trust_time_max = Duration::from_seconds(0.05);
+  Display display(params);
+  display.give(100, 150, physics.go_to(100));
+  BOOST_TEST(!display.tick(150));
+  BOOST_TEST(display.metric("rollout.rejected_models") == 1.0);
+  display.give(110, 151, physics.go_to(110));
+  BOOST_TEST(display.tick(151));
+  BOOST_TEST(display.metric("rollout.rejected_models") == 1.0);
+}
+
+BOOST_AUTO_TEST_CASE(a_scene_of_which_more_moves_than_the_tool_goes_back_to_every_result) {
+  const auto with_box = model_file(plane + ball(slides, "0 0 0.02") + R"(<body pos="0.2 0 0.02"><freejoint/>
+      <geom type="box" size="0.02 0.02 0.02" mass="0.1"/></body>)",
+                                   weightless);
+  for (const bool box : {false, true}) {
+    auto of_physics = params_of<MujocoPhysics>();
+    auto params = params_of<MujocoRollout>();
+    if (box) of_physics.model = params.model = with_box;
+    // Another sub-step, so that going back changes the force.
+    params.substep = 5e-4;
+    params.restart = MujocoRollout::Params::Restart::on_disagreement;
+    Physics physics(of_physics);
+    Display display(params);
+    display.give(100, 100, physics.go_to(100));
+    for (int ms = 100; ms <= 130; ++ms) BOOST_REQUIRE(display.tick(ms));
+    display.give(130, 131, physics.go_to(130));
+    BOOST_REQUIRE(display.tick(131));
+    BOOST_TEST((display.metric("rollout.correction_rms_N") > 0) == box);
+    BOOST_TEST(display.metric("rollout.disagreements") == 0.0);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_result_older_than_all_samples_that_are_known_is_refused_as_late) {
+  Physics physics;
+  MujocoPredictor predictor(params_of<MujocoPredictor>(), context_for(the_scene()));
+  predictor.device.configure({QueuePolicy::drop_oldest, 2048});
+  predictor.engine.configure({});
+  StepContext context(at_ms(3000));
+  for (int ms = 0; ms <= 3000; ++ms) {
+    give_sample(predictor, ms);
+    if (ms % 1000 == 0) predictor.step(context);
+  }
+  const EngineState old = physics.go_to(500), fresh = physics.go_to(2990);
+  predictor.engine.push(stamp_ms(500), &old);
+  predictor.step(context);
+  BOOST_TEST(predictor.model.pending() == 0U);
+  BOOST_TEST(predictor.refusals().refused(RefusalReason::late) == 1U);
+  predictor.engine.push(stamp_ms(2990, 1), &fresh);
+  predictor.step(context);
+  BOOST_TEST(predictor.model.pending() == 1U);
+  BOOST_TEST(predictor.refusals().refused() == 1U);
 }
 
 BOOST_AUTO_TEST_CASE(the_force_stays_within_the_limit_of_the_coupling) {

@@ -44,12 +44,16 @@ RefusalReason EngineMotion::restart(const EngineState& state) {
   return RefusalReason::none;
 }
 
+double EngineMotion::substeps_to(Time time) const {
+  // The small allowance keeps an interval of exactly n sub-steps at n.
+  return std::max(1.0, std::ceil((time - sample_.stamp.valid).seconds() / substep_ - 1e-6));
+}
+
 bool EngineMotion::advance(const Stamped<DeviceState>& sample, const CouplingParameters& coupling, ContactSet* found) {
   coupling_ = coupling;
   const double interval = (sample.stamp.valid - sample_.stamp.valid).seconds();
   if (interval <= 0) return true;
-  // The small allowance keeps an interval of exactly n sub-steps at n.
-  const double count = std::max(1.0, std::ceil(interval / substep_ - 1e-6));
+  const double count = substeps_to(sample.stamp.valid);
   const Twist before = engine_->tool().V_WT;
   for (double k = 1; k <= count; ++k) {
     const DeviceState to = handle_between(sample_.value, sample.value, k / count, engine_->tool_rotates());

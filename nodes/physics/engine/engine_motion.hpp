@@ -35,6 +35,9 @@ class EngineMotion {
   /// Empty where readers hold all arrays of the pool.
   [[nodiscard]] std::optional<EngineState> state(ArrayPool<double>& pool, const EngineState* result) const;
 
+  /// Sub-steps from there to `time`, if no sample came between.
+  [[nodiscard]] double substeps_to(Time time) const;
+
   /// Of the sample that the bodies were moved to.
   [[nodiscard]] Time time() const { return sample_.stamp.valid; }
   /// Tool and handle at that time, with the contacts of the last sub-step.
