@@ -29,8 +29,8 @@ NodeInfo MujocoPhysics::declare() {
       .output("state", &MujocoPhysics::state, "tool and handle at the time of the last sample used")
       .output("bodies", &MujocoPhysics::bodies, "the moving bodies of the scene at that time, the tool first")
       .output("contacts", &MujocoPhysics::contacts,
-              "the contacts that MuJoCo found for the last sub-step. The stiffness of a contact is that of MuJoCo's "
-              "law at its depth; the law also has an inertia, which is left out")
+              "the contacts that MuJoCo found for the last sub-step, each with MuJoCo's law at its depth. Of a "
+              "pyramidal cone creep and lift are left out")
       .output("engine", &MujocoPhysics::engine, "all that MuJoCo needs to go on from that time")
       .boolean("start_at_device", &Params::start_at_device, true,
                "start the tool at the handle's first pose, so that the spring is slack")

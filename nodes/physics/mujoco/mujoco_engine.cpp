@@ -256,7 +256,9 @@ class MujocoEngine final : public CoupledEngine {
     if (mj_isDual(model_.get()) != 0) mj_projectConstraint(model_.get(), data_.get());
     mj_step2(model_.get(), data_.get());
     sum_contacts(*model_, *data_, of_tool_.data(), tool_, tool_state_);
-    if (found_ != nullptr) list_contacts(*model_, *data_, listed_.data(), static_cast<int>(listed_.size()), *found_);
+    if (found_ != nullptr) {
+      list_contacts(*model_, *data_, of_tool_.data(), listed_.data(), static_cast<int>(listed_.size()), *found_);
+    }
     mj_kinematics(model_.get(), data_.get());
   }
 

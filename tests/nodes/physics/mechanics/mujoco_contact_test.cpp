@@ -1,4 +1,4 @@
-// MuJoCo's elliptic contacts against the law that docs/explanation/physics.md derives from their parameters.
+// The law that is told of MuJoCo's contacts against MuJoCo's forces, and against what docs/explanation/physics.md says.
 #include <boost/test/unit_test.hpp>
 
 #include <mujoco/mujoco.h>
@@ -7,7 +7,10 @@
 #include <cmath>
 #include <memory>
 #include <sstream>
+#include <string>
+#include <vector>
 
+#include "nodes/physics/mujoco/contact_report.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 #include "tests/support/dice.hpp"
 
@@ -28,6 +31,9 @@ struct Ball {
   double solimp[5] = {0.9, 0.9, 0.001, 0.5, 2};
   double step = 1e-5;
   double gravity = 9.81;
+  int condim = 3;
+  const char* cone = "elliptic";
+  double margin = 0, gap = 0;  // m
 };
 
 class Mujoco {
@@ -35,11 +41,12 @@ class Mujoco {
   explicit Mujoco(const Ball& ball) {
     std::ostringstream surface, xml;
     surface.precision(17), xml.precision(17);
-    surface << " condim='3' friction='" << ball.friction << " 0 0' solref='" << ball.solref[0] << ' ' << ball.solref[1]
-            << "' solimp='";
+    surface << " condim='" << ball.condim << "' margin='" << ball.margin << "' gap='" << ball.gap << "' friction='"
+            << ball.friction << " 0.005 0.0001' solref='" << ball.solref[0] << ' ' << ball.solref[1] << "' solimp='";
     for (const double number : ball.solimp) surface << number << ' ';
     surface << "'/>";
-    xml << "<mujoco><option gravity='0 0 " << -ball.gravity << "' cone='elliptic' solver='Newton' iterations='200' "
+    xml << "<mujoco><option gravity='0 0 " << -ball.gravity << "' cone='" << ball.cone
+        << "' solver='Newton' iterations='200' "
         << "tolerance='1e-15' timestep='" << ball.step << "' impratio='" << ball.impratio
         << "'/><worldbody><geom type='plane' size='0 0 1'" << surface.str() << "<body>";
     for (const char* axis : {"1 0 0", "0 1 0", "0 0 1"}) xml << "<joint type='slide' axis='" << axis << "'/>";
@@ -63,9 +70,30 @@ class Mujoco {
     mj_contactForce(m.get(), d.get(), 0, f);
     return {f[0], f[1], f[2]};
   }
+  /// The contacts as physics.mujoco tells them, with the ball as the tool.
+  [[nodiscard]] ContactSet told() const {
+    const std::vector<char> of_tool{0, 1};
+    const int tool = 1;
+    ContactSet found;
+    list_contacts(*m, *d, of_tool.data(), &tool, 1, found);
+    return found;
+  }
   std::unique_ptr<mjModel, void (*)(mjModel*)> m{nullptr, mj_deleteModel};
   std::unique_ptr<mjData, void (*)(mjData*)> d{nullptr, mj_deleteData};
 };
+
+/// What is told of the ball's contact just below the surface, at the contact's point.
+Contact told_law(const Ball& ball) {
+  const Mujoco mujoco(ball);
+  mujoco.d->qpos[2] = radius - 1e-9;
+  mj_forward(mujoco.m.get(), mujoco.d.get());
+  const ContactSet found = mujoco.told();
+  BOOST_REQUIRE(found.count == 1);
+  Contact law = found.contact[0];
+  law.p_TC = law.p_WC = {};
+  law.distance = 0;
+  return law;
+}
 
 /// The law of a contact at that distance below the margin, by the rules of docs/explanation/physics.md.
 Contact law_of(const Ball& ball, double invweight, double distance) {
@@ -112,7 +140,18 @@ BOOST_AUTO_TEST_CASE(any_state_has_the_force_of_the_law) {
     for (int axis = 0; axis < 3; ++axis) d.qfrc_applied[axis] = dice(-1.5, 1.5);
     mj_forward(mujoco.m.get(), &d);
     BOOST_REQUIRE(d.ncon == 1);
-    const Contact c = law_of(ball, mujoco.m->body_invweight0[2], distance);
+    const ContactSet found = mujoco.told();
+    BOOST_REQUIRE(found.count == 1);
+    const Contact& c = found.contact[0];
+    const Contact by_docs = law_of(ball, mujoco.m->body_invweight0[2], distance);
+    for (const auto field : {&Contact::weight, &Contact::stiffness, &Contact::damping, &Contact::friction,
+                             &Contact::inertia, &Contact::creep, &Contact::lift}) {
+      const double told = c.*field, expected = by_docs.*field;
+      BOOST_TEST(told == expected, tt::tolerance(1e-9));
+    }
+    BOOST_TEST(std::abs(c.distance - distance) < 1e-15);
+    BOOST_TEST(norm(c.p_WC) < 1e-12);
+    BOOST_TEST(norm(c.p_TC - Vec3{0, 0, -radius}) < 1e-12);
     const double alone = -c.stiffness * distance - c.damping * d.qvel[2] - c.inertia * d.qacc[2];
     // MuJoCo's friction feels the rate of sliding too; ours does not.
     const double time = c.inertia / c.damping;
@@ -132,6 +171,50 @@ BOOST_AUTO_TEST_CASE(any_state_has_the_force_of_the_law) {
   BOOST_TEST(sliding > 50);
 }
 
+BOOST_AUTO_TEST_CASE(the_law_told_is_the_slope_of_mujocos_normal_force_for_each_cone) {
+  for (const char* cone : {"pyramidal", "elliptic"}) {
+    for (const int condim : {1, 3, 4, 6}) {
+      for (const double margin : {0.0, 0.002}) {
+        Ball ball{.condim = condim, .cone = cone, .margin = margin, .gap = margin / 4};
+        Mujoco mujoco(ball);
+        mjData& d = *mujoco.d;
+        struct At {
+          double force = 0, acceleration = 0;
+        };
+        const auto at = [&](double distance, double speed, double push) {
+          d.qpos[2] = radius + distance;
+          d.qvel[2] = speed;
+          d.qfrc_applied[2] = push;
+          mj_forward(mujoco.m.get(), &d);
+          return At{mujoco.force().x, d.qacc[2]};
+        };
+        const double distance = margin > 0 ? 5e-4 : -5e-4;
+        const At pressed = at(distance, -0.01, -1.5), farther = at(distance + 1e-4, -0.01, -1),
+                 slower = at(distance, -0.005, -1), here = at(distance, -0.01, -1);
+        BOOST_REQUIRE(here.force > 0.1);
+        const ContactSet found = mujoco.told();
+        BOOST_REQUIRE(found.count == 1);
+        const Contact& c = found.contact[0];
+        const double inertia = -(pressed.force - here.force) / (pressed.acceleration - here.acceleration);
+        const auto at_rest = [&](const At& a) { return a.force + inertia * a.acceleration; };
+        const double damping = (at_rest(here) - at_rest(slower)) / 0.005;
+        const double stiffness = (at_rest(here) - at_rest(farther)) / 1e-4;
+        BOOST_TEST_CONTEXT(cone << ' ' << condim << ' ' << margin) {
+          BOOST_TEST(c.inertia == inertia, tt::tolerance(1e-6));
+          BOOST_TEST(c.damping == damping, tt::tolerance(1e-6));
+          BOOST_TEST(c.stiffness == stiffness, tt::tolerance(1e-6));
+          BOOST_TEST(c.friction == (condim == 1 ? 0 : ball.friction));
+          // From where on it pushes, which no slope tells.
+          BOOST_TEST(at_rest(here) == 0.01 * c.damping - c.stiffness * c.distance, tt::tolerance(1e-6));
+          BOOST_TEST(found.penetrating == 1);
+          const Vec3 gap = found.bodies.X_WB[0].p + c.p_TC - c.p_WC;
+          BOOST_TEST(norm(gap - c.distance * c.n_W) < 1e-12);
+        }
+      }
+    }
+  }
+}
+
 namespace {
 
 /// How far the ball of our step is from MuJoCo's at most, over 0.2 s of the same forces, m.
@@ -142,7 +225,7 @@ double farthest(const Ball& ball, double h, double drop) {
   SystemModel m = block(ball.mass);
   m.integrator = Integrator::midpoint;
   OneBody t(m);
-  t.contacts = {law_of(ball, mujoco.m->body_invweight0[2], 0)};
+  t.contacts = {told_law(ball)};
   t.X().p.z = drop;
   const auto steps = static_cast<int>(std::lround(h / ball.step));
   double most = 0;
@@ -159,7 +242,7 @@ double farthest(const Ball& ball, double h, double drop) {
 BOOST_AUTO_TEST_CASE(a_ball_that_is_pressed_moves_as_mujoco_moves_it) {
   // The impedance is the same at all depths, as one law for all of them wants it.
   const Ball ball;
-  const double rest = ball.mass * ball.gravity / law_of(ball, 1 / ball.mass, 0).stiffness;
+  const double rest = ball.mass * ball.gravity / told_law(ball).stiffness;
   for (const double drop : {-1e-9, -2 * rest}) {
     const double coarse = farthest(ball, 1e-3, drop), fine = farthest(ball, 2.5e-4, drop);
     BOOST_TEST(coarse < 0.02 * rest);
@@ -178,7 +261,7 @@ BOOST_AUTO_TEST_CASE(a_ball_that_is_dragged_creeps_or_slides_and_rises_as_mujoco
       ball.step = 5e-5;
       Mujoco mujoco(ball);
       mjData& d = *mujoco.d;
-      const Contact law = law_of(ball, mujoco.m->body_invweight0[2], 0);
+      const Contact law = told_law(ball);
       const double depth = ball.mass * ball.gravity / law.stiffness;
       d.qpos[2] = radius - depth;
       SystemModel m = block(ball.mass);
