@@ -34,4 +34,25 @@ BOOST_AUTO_TEST_CASE(a_model_is_made_of_the_files_that_it_and_its_parts_name) {
   BOOST_CHECK_THROW(model_files(folder.path() / "none.xml"), InputError);
 }
 
+BOOST_AUTO_TEST_CASE(names_in_an_included_model_count_from_the_folders_of_the_main_one) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder.path() / "assets");
+  std::filesystem::create_directories(folder.path() / "parts");
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder.path() / name) << text;
+  };
+  write("main.xml", R"(<mujoco><include file="parts/robot.xml"/><compiler meshdir="assets"/></mujoco>)");
+  write("parts/robot.xml", R"(<mujoco><asset><mesh file="t.stl"/></asset><include file="parts/hand.xml"/></mujoco>)");
+  write("parts/hand.xml",
+        R"(<mujoco><compiler texturedir="parts"/><asset><texture file="skin.png"/></asset></mujoco>)");
+  write("assets/t.stl", "t");
+  write("parts/skin.png", "s");
+  std::vector<std::filesystem::path> files = model_files(folder.path() / "main.xml");
+  std::sort(files.begin(), files.end());
+  const std::vector<std::filesystem::path> expected{folder.path() / "assets/t.stl", folder.path() / "parts/hand.xml",
+                                                    folder.path() / "parts/robot.xml",
+                                                    folder.path() / "parts/skin.png"};
+  BOOST_TEST((files == expected));
+}
+
 BOOST_AUTO_TEST_SUITE_END()

@@ -25,30 +25,55 @@ std::vector<std::string> attributes(const std::string& text, const char* names) 
   return values;
 }
 
-void add_files_of(const fs::path& model, std::vector<fs::path>& files) {
-  std::ifstream in(model);
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  if (!in) throw InputError("cannot read " + model.string());
-  std::vector<fs::path> folders{model.parent_path()};
-  for (const std::string& name : attributes(text, "meshdir|texturedir|assetdir")) {
-    folders.push_back(model.parent_path() / name);
-  }
-  for (const std::string& name : attributes(text, "file")) {
-    for (const fs::path& folder : folders) {
-      std::error_code ignored;
-      const fs::path file = (folder / name).lexically_normal();
-      if (!fs::is_regular_file(file, ignored) || std::find(files.begin(), files.end(), file) != files.end()) continue;
-      files.push_back(file);
-      if (file.extension() == ".xml") add_files_of(file, files);
-    }
-  }
+/// Adds what is not there yet; true where something was added.
+template <class T>
+bool add_new(const T& item, std::vector<T>& list) {
+  if (std::find(list.begin(), list.end(), item) != list.end()) return false;
+  list.push_back(item);
+  return true;
 }
+
+/// The names of files in a tree of models, and the folders in which they may lie.
+struct ModelTree {
+  fs::path main_folder;
+  std::vector<fs::path> folders;
+  std::vector<std::string> names;
+
+  void read(const fs::path& model) {
+    std::ifstream in(model);
+    const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    if (!in) throw InputError("cannot read " + model.string());
+    add_new(model.parent_path(), folders);
+    for (const std::string& name : attributes(text, "meshdir|texturedir|assetdir")) {
+      add_new((main_folder / name).lexically_normal(), folders);
+      add_new((model.parent_path() / name).lexically_normal(), folders);
+    }
+    for (const std::string& name : attributes(text, "file")) add_new(name, names);
+  }
+};
 
 }  // namespace
 
 std::vector<fs::path> model_files(const fs::path& file) {
-  std::vector<fs::path> files{file.lexically_normal()};
-  add_files_of(file, files);
+  const fs::path main = file.lexically_normal();
+  ModelTree tree{main.parent_path(), {main.parent_path()}, {}};
+  tree.read(main);
+  std::vector<fs::path> files{main};
+  // A file that is found later can name a folder for a name that came before.
+  for (bool more = true; more;) {
+    more = false;
+    const std::vector<fs::path> folders = tree.folders;
+    const std::vector<std::string> names = tree.names;
+    for (const std::string& name : names) {
+      for (const fs::path& folder : folders) {
+        std::error_code ignored;
+        const fs::path found = (folder / name).lexically_normal();
+        if (!fs::is_regular_file(found, ignored) || !add_new(found, files)) continue;
+        more = true;
+        if (found.extension() == ".xml") tree.read(found);
+      }
+    }
+  }
   files.erase(files.begin());
   return files;
 }
