@@ -43,6 +43,9 @@ NodeInfo MujocoPhysics::declare() {
       .summed()
       .metric("dynamics_rejected_samples", "1", "samples of the handle that were not finite", Better::lower,
               [](const MujocoPhysics& self) { return self.gate_.refusals().refused(); })
+      .summed()
+      .metric("dynamics_dropped_states", "1", "results whose state was not sent, because readers held all arrays",
+              Better::lower, &MujocoPhysics::dropped_states_)
       .summed();
   return node.info();
 }
@@ -83,11 +86,18 @@ void MujocoPhysics::send() {
   const Time time = motion_.time();
   state.send(time, motion_.tool_and_handle());
   if (bodies.wanted()) bodies.send(time, motion_.engine().bodies());
-  // At the begin there has been no step yet.
-  if (contacts.wanted() && found_.bodies.count > 0) contacts.send(time, found_);
+  if (contacts.wanted()) {
+    // At the begin there has been no step yet.
+    if (found_.bodies.count == 0) found_.bodies = motion_.engine().bodies();
+    contacts.send(time, found_);
+  }
   if (!engine.wanted()) return;
   const std::optional<EngineState> sent = motion_.state(*numbers_, nullptr);
-  if (sent) engine.send(time, *sent);
+  if (sent) {
+    engine.send(time, *sent);
+  } else {
+    ++dropped_states_;
+  }
 }
 
 }  // namespace tactor

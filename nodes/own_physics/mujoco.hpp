@@ -42,6 +42,7 @@ class MujocoPhysics final : public Node, public Refusing {
   HandleGate gate_;
   ContactSet found_;
   bool begun_ = false;
+  std::int64_t dropped_states_ = 0;
 };
 
 }  // namespace tactor

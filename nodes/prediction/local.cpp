@@ -105,7 +105,8 @@ NodeInfo LocalPredictor::declare() {
           "found", &LocalPredictor::found,
           {.doc = "the contacts that came with the result, each with its law, from physics that tells them, such as "
                   "physics.external. They are used as planes where nothing feeds `contacts`; without either, nothing "
-                  "touches",
+                  "touches. A result without a set of the same time is refused, so physics sends an empty set where "
+                  "nothing touches",
            .required = false,
            .queue = {QueuePolicy::drop_oldest, 8}})
       .input("patch", &LocalPredictor::patch,
@@ -164,26 +165,31 @@ LocalPredictor::LocalPredictor(const Params& params, const NodeContext& context)
   start_.law_unknown = context.foreign_physics ? 1 : 0;
 }
 
-void LocalPredictor::take_contacts(Time result) {
+/// Puts the contacts into the start. False where those of the result have not come.
+bool LocalPredictor::take_contacts(Time result) {
   start_.contacts.count = 0;
   start_.contacts.anchors = 0;
   if (!contacts.connected()) {
-    take_found(result);
+    if (!take_found(result)) return false;
   } else if (contacts.latest() != nullptr) {
     start_.contacts = contacts.latest()->value;
   }
   // A count of no message is for restart to refuse.
-  if (start_.contacts.count < 0 || start_.contacts.count > LocalContacts::capacity) return;
+  if (start_.contacts.count < 0 || start_.contacts.count > LocalContacts::capacity) return true;
   for (std::size_t i = 0; i < static_cast<std::size_t>(start_.contacts.count); ++i) {
     for (Contact& c : start_.contacts.contact[i]) {
       if (!params_.curvature) c.H_W = {};
     }
   }
+  return true;
 }
 
 /// Puts the contacts that came with the result into the start, each known at one anchor: where the bodies then were.
-void LocalPredictor::take_found(Time result) {
-  if (const ContactSet* set = found_sets_.of(result)) take_told(*set, start_.contacts);
+bool LocalPredictor::take_found(Time result) {
+  if (!found.connected()) return true;
+  const ContactSet* set = found_sets_.at(result);
+  if (set != nullptr) take_told(*set, start_.contacts);
+  return set != nullptr;
 }
 
 /// Puts what deforms into the start. False where it is not there, or not of the result of that time.
@@ -226,6 +232,13 @@ const ContactSet* ContactSetTrack::of(Time result) const {
     if (found == nullptr || set.stamp.valid < found->stamp.valid) found = &set;
   }
   return found == nullptr ? nullptr : &found->value;
+}
+
+const ContactSet* ContactSetTrack::at(Time result) const {
+  for (std::size_t i = 0; i < std::min(taken_, sets_.size()); ++i) {
+    if (sets_[i].stamp.valid == result) return &sets_[i].value;
+  }
+  return nullptr;
 }
 
 /// Learns from the result, which must be one that the rollout accepts, how its contacts are to be corrected.
@@ -285,8 +298,7 @@ RefusalReason LocalPredictor::take_result(const Stamped<BodyStates>& result, con
                                           .X_WD = start_.device.X_WD,
                                           .V_WD = start_.device.V_WD},
                                          rollout_.tool_rotates());
-  take_contacts(result.stamp.valid);
-  if (!take_patch(result.stamp.valid)) return RefusalReason::incomplete;
+  if (!take_contacts(result.stamp.valid) || !take_patch(result.stamp.valid)) return RefusalReason::incomplete;
   if (const RefusalReason refusal = rollout_.refusal(start_); refusal != RefusalReason::none) return refusal;
   fit_contacts(result);
   rollout_.restart(start_);

@@ -23,6 +23,8 @@ class ContactSetTrack {
   }
   /// The contacts of the result of that time: the first set whose query began no earlier; null where there is none.
   [[nodiscard]] const ContactSet* of(Time result) const;
+  /// The set of exactly that time; null where there is none.
+  [[nodiscard]] const ContactSet* at(Time result) const;
 
  private:
   std::array<Stamped<ContactSet>, 8> sets_;  // a ring
@@ -64,8 +66,8 @@ class LocalPredictor final : public Node, public Refusing {
 
  private:
   static void declare_metrics(Declare<LocalPredictor>& node);
-  void take_contacts(Time result);
-  void take_found(Time result);
+  [[nodiscard]] bool take_contacts(Time result);
+  [[nodiscard]] bool take_found(Time result);
   [[nodiscard]] bool take_patch(Time result);
   bool send(Time result);
   [[nodiscard]] RefusalReason take_result(const Stamped<BodyStates>& result, const CouplingParameters& spring);

@@ -172,6 +172,34 @@ BOOST_AUTO_TEST_CASE(physics_starts_at_the_handle_and_stamps_its_results_as_samp
   BOOST_TEST(norm(physics.bodies.V_WB[0].v - physics.state.V_WT.v) < 1e-12);
 }
 
+BOOST_AUTO_TEST_CASE(each_result_comes_with_its_contacts_and_states_that_are_dropped_are_counted) {
+  MujocoPhysics node(params_of<MujocoPhysics>(), context_for(the_scene()));
+  node.device.configure({QueuePolicy::drop_oldest, 4096});
+  node.coupling.configure({});
+  node.coupling.push({}, &stiff);
+  std::vector<EngineState> held;
+  for (int ms = 0; ms <= 130; ++ms) {
+    give_sample(node, ms);
+    StepContext context(at_ms(ms));
+    node.step(context);
+    BOOST_REQUIRE(node.contacts.pending() == 1U);
+    BOOST_REQUIRE(node.contacts.pending_valid(0).ns == at_ms(ms).ns);
+    const ContactSet set = sent(node.contacts);
+    BOOST_REQUIRE(set.bodies.count == 1);
+    if (ms == 0) BOOST_TEST(norm(set.bodies.X_WB[0].p - sent(node.state).X_WT.p) == 0.0);
+    if (ms == 0) BOOST_TEST(set.count == 0);
+    if (ms == 130) BOOST_TEST(set.count == 1);
+    if (node.engine.pending() > 0) held.push_back(sent(node.engine));
+    node.engine.clear_pending();
+    node.contacts.clear_pending();
+    node.state.clear_pending();
+    node.bodies.clear_pending();
+  }
+  BOOST_TEST(held.size() >= most_engine_states);
+  BOOST_TEST(held.size() < 131U);
+  BOOST_TEST(metrics_of(node).at("dynamics_dropped_states") == static_cast<double>(131 - held.size()));
+}
+
 BOOST_AUTO_TEST_CASE(a_result_that_is_brought_to_now_is_physics_of_now_to_the_last_bit) {
   Physics late, now;
   MujocoPredictor predictor(params_of<MujocoPredictor>(), context_for(the_scene()));

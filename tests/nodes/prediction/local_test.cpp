@@ -396,6 +396,22 @@ BOOST_AUTO_TEST_CASE(contacts_that_came_with_a_result_are_gone_on_from_where_no_
   BOOST_TEST(kept.contact[LocalContacts::capacity - 1][0].distance < 1);
 }
 
+BOOST_AUTO_TEST_CASE(a_result_whose_own_contacts_have_not_come_is_refused) {
+  const BodyStates bodies = one_body({0.0098, 0, 0}, {-0.02, 0, 0});
+  Subject subject(default_params<LocalPredictor>(), false);
+  for (int ms = 0; ms <= 30; ++ms) subject.sample(ms, handle(ms));
+  ContactSet empty;
+  empty.bodies = bodies;
+  for (const double stamp : {9.0, 10.5}) subject.found(stamp, empty);
+  BOOST_TEST(!subject.result(10, 30, bodies));
+  BOOST_TEST(subject.refusals().refused(RefusalReason::incomplete) == 1U);
+  BOOST_TEST(subject.metric("prediction.rejected_results") == 1.0);
+  subject.found(11, empty);
+  BOOST_TEST(subject.result(11, 31, bodies));
+  BOOST_TEST(subject.model.contacts.count == 0);
+  BOOST_TEST(subject.refusals().refused() == 1U);
+}
+
 BOOST_AUTO_TEST_CASE(a_sample_whose_quaternion_is_not_of_length_one_is_that_rotation) {
   Subject subject;
   DeviceState state = handle(5);
