@@ -171,7 +171,7 @@ bool MujocoRollout::may_keep() const {
 
 /// Takes the state into use, with the scene as it is or where the state has it; or why not.
 RefusalReason MujocoRollout::take_state(const EngineState& state, bool keep) {
-  if (keep) return refusal_of(state);
+  if (keep) return motion_.refusal(state);
   // What the handle did between a state and the samples that are known would be guessed.
   if (state.time < track_[track_.first()].stamp.valid && track_.first() > 0) return RefusalReason::late;
   return motion_.restart(state);

@@ -12,7 +12,8 @@ NodeInfo MujocoPhysics::declare() {
           "the constraint solver. They are solved together with the contacts, by implicit Euler, so a stiff coupling "
           "is stable at long sub-steps.\nThe scene of the graph needs a moving body for the tool, which serves the "
           "coupling and the metrics. It has the mass of the model's tool, and turns (`motion: rigid`) if the model's "
-          "tool has a free joint. Other moving bodies of the scene are found in the model by their names. The gravity "
+          "tool has a free joint. Then its principal inertias are those of the model's tool, to 5 %. Other moving "
+          "bodies of the scene are found in the model by their names. The gravity "
           "of "
           "the scene is that of the model. Shapes and materials of the scene are not used.\nActuators keep the "
           "controls of `keyframe`. The "
@@ -54,7 +55,9 @@ MujocoPhysics::MujocoPhysics(const Params& params, const NodeContext& context)
     : name_(context.name),
       start_at_device_(params.start_at_device),
       motion_(load_engine("physics.mujoco", params, context), params.substep),
-      numbers_(engine_state_pool(motion_.engine(), most_engine_states)) {}
+      numbers_(engine_state_pool(motion_.engine(), most_engine_states)) {
+  note_untold(params, motion_.engine(), context);
+}
 
 void MujocoPhysics::step(StepContext& context) {
   const Stamped<CouplingParameters>* spring = coupling.latest();

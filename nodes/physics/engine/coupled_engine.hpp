@@ -41,12 +41,18 @@ class CoupledEngine {
   CoupledEngine(const CoupledEngine&) = delete;
   CoupledEngine& operator=(const CoupledEngine&) = delete;
 
+  /// Of the model's files, the tool and the keyframe: states of an engine of another identity are none of this one.
+  [[nodiscard]] virtual std::uint64_t identity() const = 0;
   /// kg, of the tool and all that hangs on it.
   [[nodiscard]] virtual double tool_mass() const = 0;
+  /// kg m^2, of the tool alone about its centre of mass, in no order.
+  [[nodiscard]] virtual Vec3 tool_principal_inertia() const = 0;
   /// m/s^2.
   [[nodiscard]] virtual Vec3 gravity_W() const = 0;
   /// False where the tool keeps its orientation.
   [[nodiscard]] virtual bool tool_rotates() const = 0;
+  /// Bodies that move and of which the engine does not tell, nor of what they are welded to.
+  [[nodiscard]] virtual std::vector<std::string> untold_bodies() const = 0;
   /// Why a step of this model may allocate memory; empty where none does.
   [[nodiscard]] virtual std::string allocates() const = 0;
   /// Bodies that can move apart from each other, such as the tool and a door.

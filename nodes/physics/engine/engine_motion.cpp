@@ -10,12 +10,6 @@ namespace tactor {
 
 namespace {
 
-bool is_usable(const CouplingParameters& c) {
-  const auto is_good = [](double x) { return std::isfinite(x) && x >= 0; };
-  return is_good(c.k_t) && is_good(c.b_t) && is_good(c.k_r) && is_good(c.b_r) && is_good(c.force_max) &&
-         is_good(c.torque_max);
-}
-
 EngineNumbers numbers_of(const EngineState& state) {
   const auto span = [](const SharedArray<double>& array) { return std::span(array.data(), array.size()); };
   return {span(state.position), span(state.velocity), span(state.activation), span(state.acceleration)};
@@ -29,14 +23,15 @@ void EngineMotion::begin(const Stamped<DeviceState>& sample, const CouplingParam
   if (at_handle) engine_->place_tool(sample.value.X_WD);
 }
 
-RefusalReason refusal_of(const EngineState& state) {
+RefusalReason EngineMotion::refusal(const EngineState& state) const {
+  if (state.identity != engine_->identity()) return RefusalReason::another_scene;
   const bool is_good = is_usable(state.coupling) && is_usable(state.device) && is_finite(state.p_WT_result) &&
                        is_finite(state.wrench_result);
   return is_good ? RefusalReason::none : RefusalReason::not_finite;
 }
 
 RefusalReason EngineMotion::restart(const EngineState& state) {
-  if (const RefusalReason why = refusal_of(state); why != RefusalReason::none) return why;
+  if (const RefusalReason why = refusal(state); why != RefusalReason::none) return why;
   if (!engine_->restore(numbers_of(state))) return RefusalReason::another_scene;
   sample_ = {{.valid = state.time}, state.device};
   sample_.value.X_WD.R = normalized(state.device.X_WD.R);
@@ -81,7 +76,8 @@ std::optional<EngineState> EngineMotion::state(ArrayPool<double>& pool, const En
   auto position = pool.copy(numbers.position), velocity = pool.copy(numbers.velocity),
        activation = pool.copy(numbers.activation), acceleration = pool.copy(numbers.acceleration);
   if (!position || !velocity || !activation || !acceleration) return std::nullopt;
-  return EngineState{.time = sample_.stamp.valid,
+  return EngineState{.identity = engine_->identity(),
+                     .time = sample_.stamp.valid,
                      .device = sample_.value,
                      .p_WT_result = result != nullptr ? result->p_WT_result : engine_->tool().X_WT.p,
                      .wrench_result = result != nullptr

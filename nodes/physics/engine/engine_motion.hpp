@@ -13,9 +13,6 @@
 
 namespace tactor {
 
-/// Whether what comes with the engine's numbers in the state is finite and within range.
-[[nodiscard]] RefusalReason refusal_of(const EngineState& state);
-
 /// An engine at a sample of the handle, and the steps from there to the next. Each interval between two samples is cut
 /// into equal sub-steps, with the handle moving steadily from one to the other. Allocates nothing once it is made.
 class EngineMotion {
@@ -25,6 +22,8 @@ class EngineMotion {
 
   /// Begins at that sample; `at_handle`: with the tool at the handle.
   void begin(const Stamped<DeviceState>& sample, const CouplingParameters& coupling, bool at_handle);
+  /// Why that state is not usable, but for the engine's own numbers: it is of another model, or not finite.
+  [[nodiscard]] RefusalReason refusal(const EngineState& state) const;
   /// Goes to that state; or why not: it is of another model, or not finite.
   [[nodiscard]] RefusalReason restart(const EngineState& state);
   /// Moves the bodies on to the time of `sample`; nothing happens where that is not later. False where the engine

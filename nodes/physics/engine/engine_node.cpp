@@ -1,5 +1,7 @@
 #include "nodes/physics/engine/engine_node.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -7,6 +9,7 @@
 #include "framework/core/value_error.hpp"
 #include "nodes/physics/engine/mujoco_plugin.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
+#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor {
 
@@ -15,10 +18,37 @@ namespace {
 /// Relative difference of the two masses, and of the two gravities in m/s^2, that counts as none.
 constexpr double same_mass = 1e-3, same_gravity = 1e-3;
 
+/// The same of their principal inertias, which a shape of the scene has only roughly.
+constexpr double same_inertia = 0.05;
+
 std::string kilograms(double mass) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.6g kg", mass);
   return text.data();
+}
+
+std::string in_kg_m2(const Vec3& inertia) {
+  std::array<char, 96> text{};
+  std::snprintf(text.data(), text.size(), "[%.4g, %.4g, %.4g] kg m^2", inertia.x, inertia.y, inertia.z);
+  return text.data();
+}
+
+void compare_inertias(const std::string& type, const Body& tool, const std::string& of_model,
+                      const CoupledEngine& engine) {
+  const Eigen::Matrix3d inertia = body_inertia(tool);
+  const Eigen::Vector3d scene = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvalues();
+  const Vec3 unsorted = engine.tool_principal_inertia();
+  std::array<double, 3> model{unsorted.x, unsorted.y, unsorted.z};
+  std::sort(model.begin(), model.end());
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const double of_tool = model[static_cast<std::size_t>(i)];
+    if (std::abs(scene[i] - of_tool) <= same_inertia * of_tool) continue;
+    throw ValueError("scene.bodies." + tool.name + ".inertia",
+                     type + ": " + of_model + " has the principal inertias " +
+                         in_kg_m2({model[0], model[1], model[2]}) + ", and the scene's tool has " +
+                         in_kg_m2({scene[0], scene[1], scene[2]}) +
+                         "; the coupling is made for the latter, so give it the former as `inertia`");
+  }
 }
 
 void compare_tools(const std::string& type, const Body& tool, const EngineParams& params, const CoupledEngine& engine) {
@@ -35,6 +65,7 @@ void compare_tools(const std::string& type, const Body& tool, const EngineParams
                                           ", and the scene's tool has " + kilograms(tool.mass) +
                                           "; the coupling is made for the latter, so give it the former");
   }
+  if (rotates) compare_inertias(type, tool, of_model, engine);
 }
 
 }  // namespace
@@ -62,6 +93,16 @@ std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const Engine
   }
   compare_tools(type, scene.bodies[moving.front()], params, *engine);
   return engine;
+}
+
+void note_untold(const EngineParams& params, const CoupledEngine& engine, const NodeContext& context) {
+  const std::vector<std::string> untold = engine.untold_bodies();
+  if (context.notes == nullptr || untold.empty()) return;
+  std::string names;
+  for (const std::string& name : untold) names += (names.empty() ? "" : ", ") + name;
+  context.notes->push_back("of " + params.model.string() + " these bodies move and are not in the scene: " + names +
+                           ". The messages `bodies` and `contacts` do not tell that they move, so prediction.local "
+                           "takes them as fixed");
 }
 
 }  // namespace tactor

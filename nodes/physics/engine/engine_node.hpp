@@ -43,9 +43,13 @@ void declare_engine_model(Declare<N>& node, bool required, double substep) {
 }
 
 /// Loads MuJoCo and the model. Throws InputError where there is no plugin, and ValueError where the model cannot be
-/// used or does not go with the scene: gravity is the model's, the tool has the mass of the model's and turns where
-/// that does, and other moving bodies are in the model by their names. `type`: of the node that asks, for messages.
+/// used or does not go with the scene: gravity is the model's, the tool has the mass of the model's, turns where that
+/// does and then has its principal inertias to 5 %, and other moving bodies are in the model by their names. `type`: of
+/// the node that asks, for messages.
 std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const EngineParams& params,
                                            const NodeContext& context);
+
+/// Notes which bodies of the model move without being in the scene.
+void note_untold(const EngineParams& params, const CoupledEngine& engine, const NodeContext& context);
 
 }  // namespace tactor

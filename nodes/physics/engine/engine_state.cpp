@@ -10,6 +10,8 @@ const MessageType& message_type<EngineState>() {
       Describe<EngineState>("EngineState", "W",
                             "The whole state of a foreign engine at a sample of the device. Stamped as the physics "
                             "result that it comes from.")
+          .field("identity", &EngineState::identity,
+                 "Hash of the model's files, the tool and the keyframe. A state goes with engines of the same.")
           .field("time", &EngineState::time, "Time of the device sample that the engine was moved on to.")
           .field("device", &EngineState::device, "Device sample at `time`.")
           .field("p_WT_result", "m", &EngineState::p_WT_result,

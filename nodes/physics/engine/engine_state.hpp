@@ -1,6 +1,8 @@
 // What a rollout of a foreign engine goes on from: all that the engine knows of the moving bodies.
 #pragma once
 
+#include <cstdint>
+
 #include "framework/core/messages.hpp"
 #include "framework/core/shared_array.hpp"
 
@@ -9,6 +11,7 @@ namespace tactor {
 /// The state of a foreign engine at a sample of the handle. Its message is stamped as the physics result that it comes
 /// from. The arrays are in the engine's order and units, from which it goes on to the last bit.
 struct EngineState {
+  std::uint64_t identity = 0;      ///< of the engine, CoupledEngine::identity
   Time time;                       ///< of the sample of the handle that the engine was brought to
   DeviceState device;              ///< that sample
   Vec3 p_WT_result;                ///< m, of the tool in the physics result

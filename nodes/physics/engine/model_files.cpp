@@ -8,6 +8,7 @@
 #include <system_error>
 
 #include "framework/core/check.hpp"
+#include "framework/core/random.hpp"
 
 namespace tactor {
 
@@ -25,6 +26,13 @@ std::vector<std::string> attributes(const std::string& text, const char* names) 
   return values;
 }
 
+std::string contents_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::string contents{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (!in) throw InputError("cannot read " + file.string());
+  return contents;
+}
+
 /// Adds what is not there yet; true where something was added.
 template <class T>
 bool add_new(const T& item, std::vector<T>& list) {
@@ -40,9 +48,7 @@ struct ModelTree {
   std::vector<std::string> names;
 
   void read(const fs::path& model) {
-    std::ifstream in(model);
-    const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    if (!in) throw InputError("cannot read " + model.string());
+    const std::string text = contents_of(model);
     add_new(model.parent_path(), folders);
     for (const std::string& name : attributes(text, "meshdir|texturedir|assetdir")) {
       add_new((main_folder / name).lexically_normal(), folders);
@@ -76,6 +82,12 @@ std::vector<fs::path> model_files(const fs::path& file) {
   }
   files.erase(files.begin());
   return files;
+}
+
+std::uint64_t hash_of_files(const fs::path& file) {
+  std::uint64_t hash = derive_seed(0, contents_of(file));
+  for (const fs::path& part : model_files(file)) hash = derive_seed(hash, contents_of(part));
+  return hash;
 }
 
 }  // namespace tactor

@@ -1,6 +1,7 @@
 // The files that a model of MuJoCo is made of.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -11,5 +12,8 @@ namespace tactor {
 /// names, which count from the main model's folder or from that of the one that names them. Files that are not there
 /// are left out. Throws InputError where a model cannot be read.
 std::vector<std::filesystem::path> model_files(const std::filesystem::path& file);
+
+/// A hash of the contents of the model in `file` and of its files, wherever they lie. Throws as model_files does.
+std::uint64_t hash_of_files(const std::filesystem::path& file);
 
 }  // namespace tactor

@@ -27,11 +27,6 @@ bool fits(double x) {
   return x >= 0 && x <= largest;
 }
 
-bool usable(const CouplingParameters& coupling) {
-  return fits(coupling.k_t) && fits(coupling.b_t) && fits(coupling.k_r) && fits(coupling.b_r) &&
-         coupling.force_max >= 0 && coupling.torque_max >= 0;
-}
-
 bool usable(const ContactCorrection& c) {
   return c.count >= 0 && c.count <= ContactCorrection::most_materials && fits(c.scale_all) &&
          fits(c.friction_scale_all) && fits(c.stiffness_scale) && std::abs(c.friction_excess) <= largest;
@@ -135,7 +130,7 @@ LocalRollout::LocalRollout(const SystemModel& model, ContactSource* surface, Sof
 
 RefusalReason LocalRollout::refusal(const LocalModel& model) const {
   if (model.contacts.count < 0 || model.contacts.count > LocalContacts::capacity) return RefusalReason::too_many;
-  const bool finite_parts = is_usable(model.device) && usable(model.coupling) && usable(model.correction) &&
+  const bool finite_parts = is_usable(model.device) && is_usable(model.coupling) && usable(model.correction) &&
                             is_finite(model.p_WT_result) && is_finite(model.wrench_result) && is_usable(model.patch);
   if (!finite_parts || (model.bodies.count == bodies_ && !finite(model.bodies))) return RefusalReason::not_finite;
   return is_scene(model.contacts, model.bodies, bodies_) && fits_scene(model) ? RefusalReason::none

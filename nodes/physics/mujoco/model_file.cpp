@@ -95,6 +95,35 @@ bool slides_everywhere(const mjModel& m, int body) {
   return std::abs(dot(axis[0], cross(axis[1], axis[2]))) > 1e-3;
 }
 
+/// Throws where a joint of the tool moves it otherwise than its mass and the forces on it would.
+void check_joints(const mjModel& m, const EngineModel& model, int tool) {
+  const auto refuse = [&](const char* attribute) {
+    throw ValueError("tool", model.file.string() + ": a joint of body '" + model.tool + "' has " + attribute +
+                                 ", and the coupling and the metrics are made for a tool that nothing but contacts and "
+                                 "the coupling holds; leave it out");
+  };
+  for (int joint = m.body_jntadr[tool]; joint < m.body_jntadr[tool] + m.body_jntnum[tool]; ++joint) {
+    if (m.jnt_stiffness[joint] != 0) refuse("stiffness");
+  }
+  for (int dof = m.body_dofadr[tool]; dof < m.body_dofadr[tool] + m.body_dofnum[tool]; ++dof) {
+    if (m.dof_damping[dof] != 0) refuse("damping");
+    if (m.dof_frictionloss[dof] != 0) refuse("frictionloss");
+    if (m.dof_armature[dof] != 0) refuse("armature");
+  }
+}
+
+/// Throws where a body is welded to the tool, whose centre of mass would then be another than that of the whole.
+void check_welded(const mjModel& m, const EngineModel& model, int tool) {
+  for (int b = tool + 1; b < m.nbody; ++b) {
+    if (m.body_weldid[b] != tool) continue;
+    const char* name = mj_id2name(&m, mjOBJ_BODY, b);
+    throw ValueError("tool", model.file.string() + ": body '" + (name != nullptr ? name : "") +
+                                 "' is welded to body '" + model.tool +
+                                 "', which then has another centre of mass; give its geoms to body '" + model.tool +
+                                 "' itself");
+  }
+}
+
 void check_tool(const mjModel& m, const EngineModel& model) {
   const int tool = mj_name2id(&m, mjOBJ_BODY, model.tool.c_str());
   if (tool <= 0) refuse_tool(m, model, "is the world");
@@ -105,6 +134,8 @@ void check_tool(const mjModel& m, const EngineModel& model) {
   if (!is_free && !slides_everywhere(m, tool)) {
     refuse_tool(m, model, m.body_jntnum[tool] == 0 ? "has no joint" : "has other joints");
   }
+  check_joints(m, model, tool);
+  check_welded(m, model, tool);
   if ((m.opt.disableflags & (mjDSBL_CONSTRAINT | mjDSBL_EQUALITY)) != 0) {
     throw ValueError("model", model.file.string() +
                                   ": <option><flag> disables constraints or equalities, and the coupling is one; "

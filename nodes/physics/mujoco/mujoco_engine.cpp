@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "framework/core/check.hpp"
+#include "framework/core/random.hpp"
 #include "framework/core/value_error.hpp"
+#include "nodes/physics/engine/model_files.hpp"
 #include "nodes/physics/mujoco/contact_report.hpp"
 #include "nodes/physics/mujoco/conversions.hpp"
 #include "nodes/physics/mujoco/guarded_call.hpp"
@@ -17,8 +19,9 @@ namespace tactor {
 
 namespace {
 
-/// From so many bodies on, MuJoCo's sort of them needs memory of the heap.
-constexpr int most_sorted_bodies = 63;
+/// Of more bodies than these, MuJoCo's broad phase may sort more than 256 pairs, and that sort needs memory of the
+/// heap.
+constexpr int most_sorted_bodies = 23;
 
 /// The least inertia of a row, kg or kg m^2, of a coupling that is neither stiff nor damped.
 constexpr double least_inertia = 1e-12;
@@ -51,7 +54,8 @@ class MujocoEngine final : public CoupledEngine {
       : shared_(read_coupled_model(model)),
         model_(mj_copyModel(nullptr, shared_.get())),
         data_(mj_makeData(model_.get())),
-        listed_(body_numbers(*model_, model)) {
+        listed_(body_numbers(*model_, model)),
+        identity_(derive_seed(derive_seed(hash_of_files(model.file), model.tool), model.keyframe)) {
     TACTOR_DEMAND(data_ != nullptr);
     const mjModel& m = *model_;
     tool_ = listed_.front();
@@ -71,6 +75,20 @@ class MujocoEngine final : public CoupledEngine {
     note_tool();
   }
 
+  [[nodiscard]] std::uint64_t identity() const override { return identity_; }
+  [[nodiscard]] Vec3 tool_principal_inertia() const override { return vec3_at(model_->body_inertia + 3 * tool_); }
+  [[nodiscard]] std::vector<std::string> untold_bodies() const override {
+    std::vector<std::string> names;
+    for (int b = 1; b < model_->nbody; ++b) {
+      const bool is_told = of_tool_[static_cast<std::size_t>(b)] != 0 ||
+                           std::any_of(listed_.begin(), listed_.end(),
+                                       [&](int told) { return model_->body_weldid[told] == model_->body_weldid[b]; });
+      if (is_told || model_->body_weldid[b] != b) continue;
+      const char* name = mj_id2name(model_.get(), mjOBJ_BODY, b);
+      names.push_back(name != nullptr && *name != '\0' ? name : "number " + std::to_string(b));
+    }
+    return names;
+  }
   [[nodiscard]] double tool_mass() const override { return model_->body_subtreemass[tool_]; }
   [[nodiscard]] Vec3 gravity_W() const override {
     return (model_->opt.disableflags & mjDSBL_GRAVITY) != 0 ? Vec3{} : vec3_at(model_->opt.gravity);
@@ -333,6 +351,7 @@ class MujocoEngine final : public CoupledEngine {
   ModelPointer model_;                     // its own, whose time step changes
   DataPointer data_;
   std::vector<int> listed_;  // numbers of the bodies that it tells of, the tool first
+  std::uint64_t identity_;
   std::vector<char> of_tool_;
   int tool_ = 0;
   bool is_free_ = false;
