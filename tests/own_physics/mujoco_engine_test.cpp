@@ -193,6 +193,19 @@ BOOST_AUTO_TEST_CASE(a_model_that_cannot_be_used_is_refused_with_its_reason) {
       {refusal(model_file("<geom type=\"nothing\"/>" + good)), "MuJoCo cannot read it"},
       {refusal(model_file(good, R"(<option><flag equality="disable"/></option>)")), "enable both"},
       {refusal(model_file(good), "tool", "begin"), "keyframe: "},
+      {refusal(with(R"(<joint type="slide" axis="1 0 0" damping="1"/><joint type="slide" axis="0 1 0"/>
+                       <joint type="slide" axis="0 0 1"/>)")),
+       "a joint of body 'tool' has damping"},
+      {refusal(with(R"(<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0" stiffness="1"/>
+                       <joint type="slide" axis="0 0 1"/>)")),
+       "has stiffness"},
+      {refusal(with(R"(<joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 1 0"/>
+                       <joint type="slide" axis="0 0 1" frictionloss="0.1"/>)")),
+       "has frictionloss"},
+      {refusal(with(R"(<joint type="free" armature="0.01"/>)")), "has armature"},
+      {refusal(model_file(R"(<body name="tool"><freejoint/><geom type="sphere" size="0.01"/>
+                             <body name="tip" pos="0 0 0.1"><geom type="sphere" size="0.01"/></body></body>)")),
+       "body 'tip' is welded to body 'tool'"},
       {refusal(model_file(good).replace_extension(".mjb")), ".xml"},
       {refusal("/nowhere/model.xml"), "model: "}};
   for (const auto& [text, part] : cases) BOOST_TEST(holds(text, part), part << " in " << text);
@@ -231,12 +244,158 @@ BOOST_AUTO_TEST_CASE(steps_and_restarts_allocate_nothing, *boost::unit_test::pre
   }
   BOOST_TEST(thread_heap_calls() == before);
   BOOST_TEST(stepped);
-  std::string heap = plane + ball(slides, "0 0 0.5");
-  for (int i = 0; i < 70; ++i) {
-    heap +=
-        "<body pos=\"" + std::to_string(0.05 * i) + R"( 0 0.02"><freejoint/><geom type="sphere" size="0.02"/></body>)";
+}
+
+namespace {
+
+/// So many spheres in a heap, each touching many others.
+std::filesystem::path heap_of(int spheres) {
+  std::string world = plane + ball(slides, "0 0 0.1");
+  for (int i = 0; i < spheres; ++i) {
+    world += "<body pos=\"" + std::to_string(0.015 * (i % 3)) + ' ' + std::to_string(0.015 * (i / 3 % 3)) + ' ' +
+             std::to_string(0.012 + 0.015 * (i / 9)) + R"("><freejoint/><geom type="sphere" size="0.012"/></body>)";
   }
-  BOOST_TEST(engine_of(model_file(heap))->allocates() != "");
+  return model_file(world, R"(<size njmax="4000" nconmax="1000"/>)");
+}
+
+}  // namespace
+
+BOOST_AUTO_TEST_CASE(a_heap_that_mujoco_sorts_on_the_heap_is_refused,
+                     *boost::unit_test::precondition(heap_is_counted)) {
+  BOOST_TEST(engine_of(heap_of(30))->allocates() != "");
+  const auto engine = engine_of(heap_of(20));
+  BOOST_TEST(engine->allocates() == "");
+  BOOST_REQUIRE(engine->step({}, {}, h, nullptr));
+  const std::int64_t before = thread_heap_calls();
+  bool stepped = true;
+  for (int i = 0; i < 50; ++i) stepped = stepped && engine->step({}, {}, h, nullptr);
+  BOOST_TEST(thread_heap_calls() == before);
+  BOOST_TEST(stepped, engine->failure());
+}
+
+BOOST_AUTO_TEST_CASE(a_ball_that_pushes_a_box_gives_it_the_momentum_that_is_told) {
+  const std::string box = R"(<body name="box" pos="0.05 0.01 0"><freejoint/>
+      <geom type="box" size="0.02 0.03 0.02" pos="0.01 0 0" mass="0.2"/></body>)";
+  const std::string tool = ball(slides, "0.02 0 0");
+  // The tool before its obstacle, and behind it.
+  for (const std::string& world : {tool + box, box + tool}) {
+    const auto engine = load_mujoco_plugin("a test").engine(
+        {.file = model_file(world, weightless), .tool = "tool", .keyframe = "", .bodies = {"box"}});
+    BOOST_TEST(engine->moving_bodies() == 2);
+    BOOST_TEST(engine->untold_bodies().empty());
+    BodyStates before = engine->bodies();
+    BOOST_TEST(norm(before.X_WB[1].p - Vec3{0.06, 0.01, 0}) < 1e-12);
+    int touching = 0;
+    ContactSet found;
+    for (int i = 1; i <= 500; ++i) {
+      DeviceState handle;
+      handle.X_WD.p = {0.02 + 0.1 * i * h, 0, 0};
+      handle.V_WD.v = {0.1, 0, 0};
+      BOOST_REQUIRE(engine->step(stiff, handle, h, &found));
+      const BodyStates after = engine->bodies();
+      const Vec3 moved = (after.X_WB[1].p - before.X_WB[1].p) / h;
+      // The centre moves by the speed about the body's origin, which turns it a little on the way.
+      BOOST_REQUIRE(norm(after.V_WB[1].v - moved) < 1e-3 * norm(moved) + 1e-12);
+      const Vec3 turned = to_rotation_vector(after.X_WB[1].R * inverse(before.X_WB[1].R)) / h;
+      BOOST_REQUIRE(norm(after.V_WB[1].w - turned) < 1e-3 * norm(turned) + 1e-9);
+      const Vec3 gained = 0.2 / h * (after.V_WB[1].v - before.V_WB[1].v);
+      const Vec3& force = engine->tool().contact_T_W.force;
+      BOOST_REQUIRE(norm(gained + force) < 0.01 * norm(force) + 1e-6);
+      before = after;
+      if (norm(force) < 0.1) continue;
+      ++touching;
+      BOOST_TEST(force.x < 0);
+      BOOST_REQUIRE(found.count == 1);
+      BOOST_TEST(found.pair[0].body == 0);
+      BOOST_TEST(found.pair[0].other == 1);
+      BOOST_TEST(found.contact[0].n_W.x < -0.9);
+      const Contact& c = found.contact[0];
+      const Vec3 gap = transform(found.bodies.X_WB[0], c.p_TC) - c.p_WC;
+      BOOST_TEST(norm(gap - c.distance * c.n_W) < 1e-9);
+    }
+    BOOST_TEST(touching > 5);
+    BOOST_TEST(before.V_WB[1].v.x > 0.01);
+    BOOST_TEST(std::abs(before.V_WB[1].w.z) > 0.01);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_body_off_its_origin_spins_and_bounces_by_the_wrench_that_is_told) {
+  constexpr double step = 1e-5;
+  const Vec3 half{0.03, 0.01, 0.02}, off{0.03, 0.01, -0.02};
+  const auto engine = engine_of(model_file(plane + R"(<body name="tool" pos="0 0 0.3"><freejoint/>
+      <geom type="box" size="0.03 0.01 0.02" pos="0.03 0.01 -0.02" mass="0.05"/></body>)",
+                                           weightless));
+  const Vec3 inertia =
+      mass / 3 *
+      Vec3{half.y * half.y + half.z * half.z, half.x * half.x + half.z * half.z, half.x * half.x + half.y * half.y};
+  const Vec3 told = engine->tool_principal_inertia();
+  BOOST_TEST(told.x + told.y + told.z == inertia.x + inertia.y + inertia.z, tt::tolerance(1e-9));
+  const Pose place{{0.1, 0.2, 0.032}, from_rotation_vector({0.5, -0.4, 0.3})};
+  engine->place_tool(place);
+  BOOST_TEST(norm(engine->tool().X_WT.p - place.p) < 1e-12);
+  const EngineNumbers at = engine->numbers();
+  const std::vector<double> position(at.position.begin(), at.position.end()), zero(6, 0.0);
+  // Of the origin in W, then the rotation about the body's axes.
+  BOOST_REQUIRE(engine->restore({position, std::vector<double>{0.1, 0, -0.3, 4, -7, 9}, {}, zero}));
+  const auto momentum = [&](const EngineTool& tool) {
+    const Vec3 w = rotate(inverse(tool.X_WT.R), tool.V_WT.w);
+    return rotate(tool.X_WT.R, Vec3{inertia.x * w.x, inertia.y * w.y, inertia.z * w.z});
+  };
+  BOOST_TEST(norm(engine->tool().V_WT.v -
+                  (Vec3{0.1, 0, -0.3} + cross(rotate(place.R, Vec3{4, -7, 9}), rotate(place.R, off)))) < 1e-12);
+  int touching = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const EngineTool before = engine->tool();
+    BOOST_REQUIRE(engine->step({}, {}, step, nullptr));
+    const EngineTool& after = engine->tool();
+    const Vec3 moved = (after.X_WT.p - before.X_WT.p) / step;
+    const Vec3 turned = to_rotation_vector(after.X_WT.R * inverse(before.X_WT.R)) / step;
+    BOOST_REQUIRE(norm(moved - after.V_WT.v) < 1e-3 * norm(after.V_WT.v));
+    BOOST_REQUIRE(norm(turned - after.V_WT.w) < 1e-3 * norm(after.V_WT.w));
+    const Wrench& wrench = after.contact_T_W;
+    const Vec3 force = mass / step * (after.V_WT.v - before.V_WT.v);
+    const Vec3 torque = (momentum(after) - momentum(before)) / step;
+    BOOST_REQUIRE(norm(force - wrench.force) < 0.02 * norm(wrench.force) + 1e-3);
+    BOOST_REQUIRE(norm(torque - wrench.torque) < 0.02 * norm(wrench.torque) + 1e-5);
+    if (norm(wrench.force) < 0.1) continue;
+    ++touching;
+    BOOST_REQUIRE(wrench.force.z > 0);
+  }
+  BOOST_TEST(touching > 20);
+}
+
+BOOST_AUTO_TEST_CASE(bodies_that_are_not_listed_are_told_by_name_and_contacts_of_what_hangs_on_the_tool_are_the_tools) {
+  const std::string world = plane + R"(<body name="tool" pos="0 0 0.1">)" + slides + R"(
+      <geom type="sphere" size="0.01" mass="0.05"/>
+      <body name="finger" pos="0 0 -0.05"><joint type="hinge" axis="1 0 0"/><geom type="sphere" size="0.01" mass="0.01"/>
+      </body></body><body name="door" pos="1 0 0.5"><joint type="hinge" axis="0 0 1"/>
+      <geom type="box" size="0.1 0.1 0.1"/><body name="knob"><geom type="sphere" size="0.01"/></body></body>
+      <body name="post" pos="2 0 0"><geom type="box" size="0.1 0.1 0.1"/></body>)";
+  const auto engine = engine_of(model_file(world, weightless));
+  const std::vector<std::string> untold = engine->untold_bodies();
+  BOOST_REQUIRE(untold.size() == 1U);
+  BOOST_TEST(untold[0] == "door");
+  engine->place_tool({{0, 0, 0.0595}, {}});
+  DeviceState handle;
+  handle.X_WD.p = {0, 0, 0.0595};
+  ContactSet found;
+  BOOST_REQUIRE(engine->step(stiff, handle, h, &found));
+  BOOST_REQUIRE(found.count == 1);
+  BOOST_TEST(found.pair[0].body == 0);
+  BOOST_TEST(found.pair[0].other == ContactPair::fixed);
+  BOOST_TEST(found.contact[0].n_W.z > 0.99);
+}
+
+BOOST_AUTO_TEST_CASE(an_engine_has_the_identity_of_its_files_tool_and_keyframe) {
+  const std::string tail = R"(<keyframe><key name="a"/><key name="b"/></keyframe>)";
+  const auto of = [](const std::filesystem::path& file, const std::string& key = "") {
+    return engine_of(file, key)->identity();
+  };
+  const auto here = model_file(ball(slides), "", tail), copy = model_file(ball(slides), "", tail);
+  BOOST_TEST(of(here) == of(copy));
+  BOOST_TEST(of(here) != of(model_file(ball(slides, "0 0 1"), "", tail)));
+  BOOST_TEST(of(here, "a") != of(here, "b"));
+  BOOST_TEST(of(here, "a") != of(here));
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -447,12 +447,51 @@ BOOST_AUTO_TEST_CASE(a_scene_that_does_not_go_with_the_model_is_refused_at_its_p
   };
   begins(made_with(one_more("other")), "scene.bodies.other: ");
   begins(made_with(one_more("world")), "scene.bodies.world.motion: ");
+  const auto turned = [](double inertia) {
+    return refusal([&] {
+      Scene scene = ball_scene();
+      scene.bodies[0].motion = Motion::rigid;
+      scene.bodies[0].inertia = inertia * Vec3{1, 1, 1};
+      auto params = params_of<MujocoPhysics>();
+      params.model = model_file(ball("<freejoint/>"), weightless);
+      MujocoPhysics(params, context_for(scene));
+    });
+  };
+  // Of the ball, 2/5 m r^2.
+  BOOST_TEST(turned(0.4 * 0.05 * 0.01 * 0.01) == "taken");
+  BOOST_TEST(turned(1.04 * 0.4 * 0.05 * 0.01 * 0.01) == "taken");
+  begins(turned(1.06 * 0.4 * 0.05 * 0.01 * 0.01), "scene.bodies.tool.inertia: ");
   begins(refusal([] {
            auto params = params_of<MujocoRollout>();
            params.model.clear();
            MujocoRollout(params, context_for(the_scene()));
          }),
          "model: ");
+}
+
+BOOST_AUTO_TEST_CASE(a_state_of_another_model_of_the_same_size_is_refused) {
+  auto params = params_of<MujocoPhysics>();
+  params.model = model_file(plane + ball(slides, "0 0 0.03"), weightless);
+  Physics other(params), own;
+  Display display;
+  display.give(100, 100, other.go_to(100));
+  BOOST_TEST(!display.tick(100));
+  BOOST_TEST(display.metric("rollout.rejected_models") == 1.0);
+  display.give(101, 101, own.go_to(101));
+  BOOST_TEST(display.tick(101));
+}
+
+BOOST_AUTO_TEST_CASE(moving_bodies_that_the_scene_does_not_name_are_noted) {
+  auto params = params_of<MujocoPhysics>();
+  params.model = model_file(ball(slides) + R"(<body name="box" pos="0 0 1"><freejoint/>
+      <geom type="box" size="0.02 0.02 0.02"/></body>)",
+                            weightless);
+  std::vector<std::string> notes;
+  NodeContext context = context_for(the_scene());
+  context.notes = &notes;
+  MujocoPhysics physics(params, context);
+  BOOST_REQUIRE(notes.size() == 1U);
+  BOOST_TEST(notes[0].find("not in the scene: box.") != std::string::npos, notes[0]);
 }
 
 BOOST_AUTO_TEST_CASE(the_rollout_allocates_nothing, *boost::unit_test::precondition(heap_is_counted)) {
