@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "framework/core/value_error.hpp"
+#include "nodes/interpolation/declare_trust.hpp"
 #include "nodes/interpolation/not_finite.hpp"
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
@@ -14,48 +15,18 @@ namespace {
 /// Samples of the handle that one tick goes through at most; of more some are left out.
 constexpr std::size_t most_samples = 4;
 
-/// How long a state is trusted, and when the scene goes to where physics has it.
-void declare_trust(Declare<MujocoRollout>& node) {
+/// When the scene goes to where physics has it, and how long a state is trusted.
+void declare_restart_of_scene(Declare<MujocoRollout>& node) {
   using Params = MujocoRollout::Params;
   node.choice<Params::Restart>(
-          "restart", &Params::restart,
-          {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
-          Params::Restart::always,
-          "always: each result puts the scene back to where physics has it; on_disagreement: the scene stays where the "
-          "rollout has it as long as nothing else moves and physics does not keep having the tool elsewhere")
-      .real<Duration>(
-          "trust_time", &Params::trust_time,
-          {.doc = "age of a physics result beyond which it is no longer continued. Three times the longest of the last "
-                  "16 intervals between results counts instead if that is more",
-           .unit = "s",
-           .default_value = 0.25,
-           .min = 0,
-           .max = 10})
-      .real<Duration>("trust_time_max", &Params::trust_time_max,
-                      {.doc = "upper limit of trust_time when results are slow; longer intervals do not count",
-                       .unit = "s",
-                       .default_value = 1,
-                       .min = 0,
-                       .max = 10})
-      .real<double>("trust_distance", &Params::trust_distance,
-                    {.doc = "a tool that is farther than this from where physics has it goes there at once",
-                     .unit = "m",
-                     .default_value = 0.02,
-                     .min = 0,
-                     .max = 10})
-      .real<double>("disagreement", &Params::disagreement,
-                    {.doc = "physics and the rollout disagree if their tools are farther apart than this",
-                     .unit = "m",
-                     .default_value = 5e-4,
-                     .min = 0,
-                     .max = 1})
-      .real<Duration>(
-          "patience", &Params::patience,
-          {.doc = "how long they may disagree in one direction before the scene goes to where physics has it",
-           .unit = "s",
-           .default_value = 1,
-           .min = 0,
-           .max = 10});
+      "restart", &Params::restart,
+      {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
+      Params::Restart::always,
+      "always: each result puts the scene back to where physics has it; on_disagreement: the scene stays where the "
+      "rollout has it as long as nothing else moves and physics does not keep having the tool elsewhere");
+  declare_trust(node, "it is no longer continued",
+                "a tool that is farther than this from where physics has it goes there at once");
+  declare_disagreement(node, "scene");
   node.unread_when({"trust_distance", "disagreement", "patience"}, [](const Params& params, const ParamUse&) {
     const bool keeps = params.restart == Params::Restart::on_disagreement;
     return std::string(keeps ? "" : "restart is always: the scene goes back to every result");
@@ -129,7 +100,7 @@ NodeInfo MujocoRollout::declare() {
       .role(Role::interpolation);
   declare_engine_model(node, false, 2.5e-4);
   node.as_in("model", Role::dynamics).as_in("tool", Role::dynamics).as_in("keyframe", Role::dynamics);
-  declare_trust(node);
+  declare_restart_of_scene(node);
   declare_metrics(node);
   return node.coarser("substep", {5e-4, 1e-3}).info();
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "nodes/interpolation/declare_trust.hpp"
 #include "nodes/interpolation/forecast_curve.hpp"
 #include "nodes/interpolation/not_finite.hpp"
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
@@ -18,25 +19,13 @@ constexpr std::size_t most_steps = 4;
 void declare_restart(Declare<Rollout>& node) {
   using Params = Rollout::Params;
   node.choice<Params::Restart>(
-          "restart", &Params::restart,
-          {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
-          Params::Restart::on_disagreement,
-          "always: each result puts the tool back to where physics has it; on_disagreement: the tool stays where the "
-          "rollout has it as long as contacts are found on the surface, nothing else moves, and physics does not keep "
-          "disagreeing")
-      .real<double>("disagreement", &Params::disagreement,
-                    {.doc = "physics and the rollout disagree if their tools are farther apart than this",
-                     .unit = "m",
-                     .default_value = 5e-4,
-                     .min = 0,
-                     .max = 1})
-      .real<Duration>(
-          "patience", &Params::patience,
-          {.doc = "how long they may disagree in one direction before the tool goes to where physics has it",
-           .unit = "s",
-           .default_value = 1,
-           .min = 0,
-           .max = 10});
+      "restart", &Params::restart,
+      {{"always", Params::Restart::always}, {"on_disagreement", Params::Restart::on_disagreement}},
+      Params::Restart::on_disagreement,
+      "always: each result puts the tool back to where physics has it; on_disagreement: the tool stays where the "
+      "rollout has it as long as contacts are found on the surface, nothing else moves, and physics does not keep "
+      "disagreeing");
+  declare_disagreement(node, "tool");
   node.real<Duration>(
           "estimate_time", &Params::estimate_time,
           {.doc = "time in which a difference between physics and the displayed force fades to 1/e in the estimate "
@@ -131,32 +120,12 @@ NodeInfo Rollout::declare() {
              .default_value = 0.002,
              .min = 0,
              .max = 1,
-             .above_min = true})
-      .real<Duration>(
-          "trust_time", &Params::trust_time,
-          {.doc = "age of a physics result beyond which its model is no longer used. Three times the longest of the "
-                  "last 16 intervals between results counts instead if that is more",
-           .unit = "s",
-           .default_value = 0.25,
-           .min = 0,
-           .max = 10})
-      .real<Duration>("trust_time_max", &Params::trust_time_max,
-                      {.doc = "upper limit of trust_time when results are slow; longer intervals do not count",
-                       .unit = "s",
-                       .default_value = 1,
-                       .min = 0,
-                       .max = 10})
-      .real<double>(
-          "trust_distance", &Params::trust_distance,
-          {.doc = "largest distance at which a model is trusted: of the tool from the anchors if it is on them, and "
-                  "from its place in the result if something deforms; of the handle from where a step failed. A tool "
-                  "that is farther than this from where physics has it goes there",
-           .unit = "m",
-           .default_value = 0.02,
-           .min = 0,
-           .max = 10})
-      .unneeded(nothing_moves)
-      .haptic_rate(&Params::rate, {.doc = "ticks per second"});
+             .above_min = true});
+  declare_trust(node, "its model is no longer used",
+                "largest distance at which a model is trusted: of the tool from the anchors if it is on them, and from "
+                "its place in the result if something deforms; of the handle from where a step failed. A tool that is "
+                "farther than this from where physics has it goes there");
+  node.unneeded(nothing_moves).haptic_rate(&Params::rate, {.doc = "ticks per second"});
   declare_rollout(node);
   declare_surface(node, 2000);
   declare_patch_contacts(node);
