@@ -9,7 +9,6 @@
 #include "framework/core/value_error.hpp"
 #include "nodes/physics/engine/mujoco_plugin.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
-#include "nodes/physics/mesh/body_mesh.hpp"
 
 namespace tactor {
 
@@ -35,7 +34,9 @@ std::string in_kg_m2(const Vec3& inertia) {
 
 void compare_inertias(const std::string& type, const Body& tool, const std::string& of_model,
                       const CoupledEngine& engine) {
-  const Eigen::Matrix3d inertia = body_inertia(tool);
+  Scene alone;
+  alone.bodies = {tool};
+  const Eigen::Matrix3d inertia = scene_model(type, alone).body[0].inertia_B;
   const Eigen::Vector3d scene = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvalues();
   const Vec3 unsorted = engine.tool_principal_inertia();
   std::array<double, 3> model{unsorted.x, unsorted.y, unsorted.z};
