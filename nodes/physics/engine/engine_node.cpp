@@ -36,7 +36,7 @@ void compare_inertias(const std::string& type, const Body& tool, const std::stri
                       const CoupledEngine& engine) {
   Scene alone;
   alone.bodies = {tool};
-  const Eigen::Matrix3d inertia = scene_model(type, alone).body[0].inertia_B;
+  const Eigen::Matrix3d inertia = scene_model(type, alone, nullptr).body[0].inertia_B;
   const Eigen::Vector3d scene = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(inertia).eigenvalues();
   const Vec3 unsorted = engine.tool_principal_inertia();
   std::array<double, 3> model{unsorted.x, unsorted.y, unsorted.z};
