@@ -116,7 +116,7 @@ void serve(const std::string& url) {
     if (error == websocket::error::closed) return;
     if (error) throw beast::system_error(error);
     const std::string message = beast::buffers_to_string(buffer.data());
-    if (bridge.got_text()) continue;  // the greeting, and a step that came before our request
+    if (bridge.got_text()) continue;   // the greeting, and a step that came before our request
     std::uint32_t kind = 0, size = 0;  // an error has the size of its text next
     if (message.size() < sizeof kind + sizeof size) throw std::runtime_error("the bridge sent no message");
     std::memcpy(&kind, message.data(), sizeof kind);
