@@ -63,9 +63,10 @@ Contact checked_contact(const std::string& name, Contact contact) {
   const double length = norm(contact.n_W);
   check_length(name + ".n_W", "a normal", length);
   contact.n_W = contact.n_W / length;
-  if (!(contact.weight > 0)) refuse_field(name + ".weight", "a number above 0, found " + number_text(contact.weight));
-  for (const auto& [field, value] : {std::pair{".stiffness", contact.stiffness},
-                                     {".damping", contact.damping},
+  for (const auto& [field, value] : {std::pair{".weight", contact.weight}, {".stiffness", contact.stiffness}}) {
+    if (!(value > 0)) refuse_field(name + field, "a number above 0, found " + number_text(value));
+  }
+  for (const auto& [field, value] : {std::pair{".damping", contact.damping},
                                      {".friction", contact.friction},
                                      {".inertia", contact.inertia},
                                      {".creep", contact.creep}}) {

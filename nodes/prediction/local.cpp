@@ -189,6 +189,7 @@ bool LocalPredictor::take_found(Time result) {
   if (!found.connected()) return true;
   const ContactSet* set = found_sets_.at(result);
   if (set != nullptr) take_told(*set, start_.contacts);
+  start_.contacts_told = 1;
   return set != nullptr;
 }
 

@@ -90,8 +90,6 @@ BOOST_AUTO_TEST_CASE(a_program_that_stalls_is_late_physics, *boost::unit_test::p
   BOOST_TEST(steps > 21);
   BOOST_REQUIRE(state.size() > 21U);
   for (const auto& [stamp, value] : state) BOOST_TEST((stamp.produced > stamp.valid));
-  PhysicsLoop ended(session);
-  BOOST_TEST(!ended.next().has_value());
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -184,6 +184,9 @@ BOOST_AUTO_TEST_CASE(local_goes_on_from_the_contacts_that_a_program_tells) {
   static_cast<void>(displayed(1000, held, truth));
   const double hold = error_of(displayed(60, held, unused), truth);
   const double local = error_of(displayed(60, rolled_out, unused), truth);
+  // The wall of the scene has another stiffness, but physics has told its own.
+  const std::string on_surface = std::regex_replace(rolled_out, std::regex("contacts: anchors"), "contacts: surface");
+  BOOST_TEST(error_of(displayed(60, on_surface, unused), truth) < 0.1 * hold);
   BOOST_TEST_MESSAGE("hold " << hold << " N, local " << local << " N");
   BOOST_TEST(hold > 0.05);
   BOOST_TEST(local < 0.1 * hold);

@@ -22,6 +22,8 @@ const MessageType& message_type<LocalModel>() {
                  "compares them.")
           .field("law_unknown", "1", &LocalModel::law_unknown,
                  "1: physics has another law of contact, so nobody knows how wrong that of the contacts is.")
+          .field("contacts_told", "1", &LocalModel::contacts_told,
+                 "1: physics told `contacts` with its result, and the surfaces of the scene tell no others.")
           .field("coupling", &LocalModel::coupling, "Spring and damper between handle and tool.")
           .field("contacts", &LocalModel::contacts, "Contacts around the bodies, before `correction`.")
           .field("correction", &LocalModel::correction)

@@ -19,6 +19,7 @@ struct LocalModel {
   Wrench wrench_result;  ///< N, N m
   double law_error = 0;  ///< N
   std::int32_t law_unknown = 0;
+  std::int32_t contacts_told = 0;
   CouplingParameters coupling;
   LocalContacts contacts;
   ContactCorrection correction;

@@ -163,7 +163,7 @@ bool LocalRollout::learn(const LocalModel& model) {
 
 /// The contacts where the bodies are now; they refer to what the rollout keeps.
 ContactPlanes LocalRollout::planes_now() {
-  on_surface_ = surface_ != nullptr && surface_->find(local_.bodies, found_);
+  on_surface_ = surface_ != nullptr && local_.contacts_told == 0 && surface_->find(local_.bodies, found_);
   if (!on_surface_) return anchored_planes();
   for (std::size_t i = 0; i < static_cast<std::size_t>(found_.count); ++i) {
     local_.correction.apply(found_.contact[i], found_.pair[i]);
