@@ -415,12 +415,11 @@ bool lay_over(Tree& parent, Tree child, const TypeOfNode& type_of, Diagnostics& 
   return true;
 }
 
-bool is_bound(const Tree& graph, Diagnostics& diagnostics) {
+bool is_bound(const Tree& graph, const std::filesystem::path& file, Diagnostics& diagnostics) {
   const TreeEntry* names = graph.find("bind");
   if (names == nullptr) return true;
-  diagnostics.error(names->place,
-                    "bind: expected a file that is laid over a graph, found one that is laid over none; a graph has "
-                    "a scene or a duration");
+  diagnostics.error(names->place, "bind: expected a file that is laid over a graph, found " + file.string() +
+                                      ", which is laid over none; a graph has a scene or a duration");
   return false;
 }
 

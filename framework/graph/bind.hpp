@@ -1,6 +1,7 @@
 // Binds the names that a file uses for nodes of the graph below it to the nodes that are there.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 
 #include "framework/node/info.hpp"
@@ -21,7 +22,7 @@ using TypeOfNode = std::function<const NodeInfo*(const TreeEntry& node)>;
 /// names stay to be bound later. False, with errors, where a name cannot be bound.
 bool lay_over(Tree& parent, Tree child, const TypeOfNode& type_of, Diagnostics& diagnostics);
 
-/// False, with an error, where names still wait for a graph to be bound to.
-bool is_bound(const Tree& graph, Diagnostics& diagnostics);
+/// False, with an error, where names of the graph that `file` made still wait for another one to be bound to.
+bool is_bound(const Tree& graph, const std::filesystem::path& file, Diagnostics& diagnostics);
 
 }  // namespace tactor

@@ -216,7 +216,7 @@ std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Re
       return std::nullopt;
     }
   }
-  return is_bound(*graph, diagnostics) ? std::move(graph) : std::nullopt;
+  return is_bound(*graph, file, diagnostics) ? std::move(graph) : std::nullopt;
 }
 
 }  // namespace tactor

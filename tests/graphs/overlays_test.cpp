@@ -308,8 +308,7 @@ BOOST_AUTO_TEST_CASE(names_bind_through_files_that_extend_each_other_and_a_metho
   BOOST_TEST(graph.record == std::vector<std::string>{"engine.where"});
   foreign.write("both.yaml", "format: 2\nextends: [graph.yaml, " + (graphs / "methods/local.yaml").string() + "]\n");
   BOOST_TEST((edges_of(foreign.load({}, "both.yaml")) == edges_of(foreign.load({"local"}))));
-  says(refusal("methods/local.yaml"),
-       "bind: expected a file that is laid over a graph, found one that is laid over none");
+  says(refusal("methods/local.yaml"), "methods/local.yaml, which is laid over none; a graph has a scene or a duration");
 }
 
 BOOST_AUTO_TEST_CASE(what_bind_says_is_checked) {
