@@ -13,7 +13,7 @@
 #include <random>
 #include <vector>
 
-#include "nodes/physics/mechanics/handle.hpp"
+#include "framework/core/handle_between.hpp"
 #include "tests/nodes/physics/mechanics/one_body.hpp"
 
 using namespace tactor;

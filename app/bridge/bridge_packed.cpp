@@ -24,7 +24,7 @@ void put(std::string& bytes, const T& value) {
 template <class T>
 using Doubles = std::array<double, sizeof(T) / sizeof(double)>;
 
-/// Of a field that the message leaves out, all numbers are NaN.
+/// All numbers of a field that is left out are NaN.
 template <class T>
 T untold() {
   Doubles<T> numbers;
@@ -110,7 +110,7 @@ std::size_t size_of_element() {
   return size;
 }
 
-/// What is left to be read.
+/// The bytes that are still to be read.
 class Bytes {
  public:
   explicit Bytes(std::string_view bytes) : left_(bytes) {}

@@ -1,4 +1,4 @@
-// What the run takes of a client's result.
+// Makes the result of a step out of a client's message.
 #pragma once
 
 #include "app/bridge/bridge_messages.hpp"

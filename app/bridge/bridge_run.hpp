@@ -13,7 +13,7 @@
 
 namespace tactor {
 
-/// What a bridge has done.
+/// Counts and times of a bridge.
 struct BridgeFigures {
   std::uint64_t steps = 0;    ///< sent
   std::uint64_t results = 0;  ///< taken

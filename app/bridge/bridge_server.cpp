@@ -147,7 +147,7 @@ class BridgeHub {
 
  private:
   void take_in(tcp::socket socket) {
-    // Whoever says nothing gives way to whoever may have something to say: the oldest stands first.
+    // The oldest silent connection makes room for a new one.
     if (strangers_.size() >= most_strangers) {
       const auto oldest = strangers_.front();
       oldest->end();
@@ -259,7 +259,7 @@ void BridgePeer::write() {
     if (error || self->ended_) return self->end();
     self->waiting_.pop_front();
     if (!self->waiting_.empty()) return self->write();
-    // Whoever takes no answer is not asked for more.
+    // A client that takes no answer is not read from.
     if (!self->reading_ && !self->arrival_) self->read();
   });
 }

@@ -14,7 +14,7 @@ namespace tactor {
 
 class BridgeHub;
 
-/// Where a bridge listens, and who may connect.
+/// The address of a bridge and the token that lets a client in.
 struct BridgeAddress {
   std::string listen = "127.0.0.1";  ///< an IPv4 address of this machine; 0.0.0.0: all of them
   std::uint16_t port = 0;            ///< 0: any that is free
@@ -44,13 +44,13 @@ class BridgeServer {
   BridgeServer(const BridgeServer&) = delete;
   BridgeServer& operator=(const BridgeServer&) = delete;
 
-  /// What a client connects to, with its token behind #: `ws://127.0.0.1:41234/bridge#TOKEN`.
+  /// The address for clients, with the token behind #: `ws://127.0.0.1:41234/bridge#TOKEN`.
   [[nodiscard]] std::string url() const;
   /// Does one piece of work, and waits for it for `longest` at most.
   void serve(Duration longest);
   /// The client that is connected; 0: none.
   [[nodiscard]] BridgeClient client() const;
-  /// Sends a frame to the client; lost where there is none. `asks`: the client owes an answer from then on.
+  /// Sends a frame to the client. Without a client the frame is lost. `asks`: the client owes an answer from then on.
   void send(BridgeFrame frame, bool asks = false);
   /// The client owes no answer any more.
   void settle();

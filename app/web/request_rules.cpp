@@ -28,7 +28,7 @@ std::vector<std::string_view> offers_in(std::string_view list) {
   return offers;
 }
 
-/// What stands before the port, or all where there is none; nothing where the port is no number.
+/// The host without its port. Nothing if the port is no number.
 std::optional<std::string_view> name_of_host(std::string_view host) {
   const std::size_t colon = host.find(':');
   if (colon == std::string_view::npos) return host;

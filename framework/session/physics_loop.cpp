@@ -8,6 +8,7 @@
 
 #include "framework/core/between_samples.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/handle_between.hpp"
 #include "framework/yaml/diagnostics.hpp"
 #include "framework/yaml/yaml_values.hpp"
 
@@ -98,18 +99,14 @@ Stamped<T> copied(const MessageView& view) {
   return message;
 }
 
-DeviceState handle_between(const DeviceState& a, const DeviceState& b, double share) {
-  return {between(a.X_WD, b.X_WD, share),
-          {between(a.V_WD.v, b.V_WD.v, share), between(a.V_WD.w, b.V_WD.w, share)},
-          a.buttons};
-}
-
 }  // namespace
 
 DeviceState PhysicsStep::handle_at(Time t) const {
   if (t <= begin) return from;
   if (t >= end) return handle;
-  return handle_between(from, handle, share_between(begin, end, t));
+  DeviceState then = handle_between(from, handle, share_between(begin, end, t), true);
+  then.buttons = from.buttons;
+  return then;
 }
 
 PhysicsLoop::PhysicsLoop(Session& session, std::string_view node)
@@ -227,7 +224,7 @@ DeviceState PhysicsLoop::handle_at(Time t) const {
   if (later == samples_.begin()) return later == samples_.end() ? DeviceState{} : later->value;
   const Stamped<DeviceState>& a = *(later - 1);
   if (later == samples_.end() || a.stamp.valid == t) return a.value;
-  return handle_between(a.value, later->value, share_between(a.stamp.valid, later->stamp.valid, t));
+  return handle_between(a.value, later->value, share_between(a.stamp.valid, later->stamp.valid, t), true);
 }
 
 /// When the first period after `t` begins; from its number, so that no rounding adds up.

@@ -4,13 +4,13 @@
 #include <cmath>
 
 #include "framework/core/check.hpp"
+#include "framework/core/handle_between.hpp"
 #include "framework/core/value_error.hpp"
 #include "nodes/dynamics/declare_dynamics.hpp"
 #include "nodes/physics/contact/moved_on.hpp"
 #include "nodes/physics/deformable/static_balance.hpp"
 #include "nodes/physics/geometry/mesh_distance.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
 

@@ -3,9 +3,10 @@
 #include <algorithm>
 
 #include "framework/core/check.hpp"
+#include "framework/core/handle_between.hpp"
+#include "framework/core/handle_gate.hpp"
 #include "framework/core/value_error.hpp"
 #include "nodes/physics/mechanics/energy.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 #include "nodes/physics/mechanics/scene_model.hpp"
 
 namespace tactor {

@@ -1,8 +1,8 @@
 // The samples of the handle as dynamics steps through them.
 #pragma once
 
+#include "framework/core/handle_gate.hpp"
 #include "framework/node/port.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
 

@@ -3,12 +3,12 @@
 
 #include <memory>
 
+#include "framework/core/handle_gate.hpp"
 #include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
 #include "framework/node/new_messages.hpp"
 #include "nodes/physics/engine/engine_motion.hpp"
 #include "nodes/physics/engine/engine_node.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
 

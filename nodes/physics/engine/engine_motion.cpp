@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include "framework/core/handle_between.hpp"
+#include "framework/core/handle_gate.hpp"
 
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
 

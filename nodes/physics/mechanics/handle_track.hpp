@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <array>
 
+#include "framework/core/handle_between.hpp"
+#include "framework/core/handle_gate.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/node/new_messages.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
 

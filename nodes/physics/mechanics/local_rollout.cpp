@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <span>
+#include "framework/core/handle_gate.hpp"
 
 #include <Eigen/Cholesky>
 
@@ -10,7 +11,6 @@
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 #include "nodes/physics/mechanics/eigen.hpp"
 #include "nodes/physics/mechanics/free_rotation.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "framework/core/check.hpp"
+#include "framework/core/handle_between.hpp"
 #include "nodes/physics/mechanics/energy.hpp"
-#include "nodes/physics/mechanics/handle.hpp"
 
 namespace tactor {
 

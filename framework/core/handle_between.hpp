@@ -2,7 +2,6 @@
 #pragma once
 
 #include "framework/core/between_samples.hpp"
-#include "framework/core/handle_gate.hpp"
 #include "framework/core/messages.hpp"
 
 namespace tactor {
