@@ -9,7 +9,7 @@ import subprocess
 import time
 import unittest
 
-from harness import IS_SANITIZED, PATIENCE, ROOT, TACTOR, CommandTest, Terminal, give_privileges_up, needs_live, tactor, without_privileges
+from harness import IS_SANITIZED, PATIENCE, ROOT, TACTOR, CommandTest, Terminal, give_privileges_up, motor_log, needs_live, tactor, without_privileges
 
 EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
 GRAPH = """clock: real
@@ -44,9 +44,8 @@ class Devices(CommandTest):
     def until_commanded(self, process):
         """Waits until the motor has been given commands for a while."""
         def commanded():
-            rows = [line.split() for line in self.log.read_text().splitlines()] if self.log.exists() else []
-            rows = [row for row in rows if len(row) == 7]
-            return bool(rows) and int(rows[-1][5]) > 20
+            rows = motor_log(self.log)
+            return bool(rows) and rows[-1].commands > 20
         self.wait_until(commanded, process, "the motor was given commands", timeout=PATIENCE)
 
     def second_is_refused(self, line, other_name):
@@ -152,8 +151,7 @@ class Devices(CommandTest):
         return Terminal("device", "test", self.graph(address), "--seconds", "0.5")
 
     def pushed(self):
-        rows = [line.split() for line in self.log.read_text().splitlines()]
-        return max(abs(float(row[3])) for row in rows if len(row) == 7)
+        return max(abs(row.commanded_N) for row in motor_log(self.log))
 
     def test_ctrl_c_at_the_question_gives_no_force(self):
         terminal = self.trial()

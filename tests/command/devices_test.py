@@ -5,7 +5,7 @@ import re
 import subprocess
 import unittest
 
-from harness import GRAPHS, LIBRARIES, ROOT, TACTOR, CommandTest, needs_meshes, needs_live, tactor
+from harness import GRAPHS, LIBRARIES, ROOT, TACTOR, CommandTest, motor_log, needs_meshes, needs_live, tactor
 
 KINDS = [kind for kind in ("modbus", "usb") if (LIBRARIES / f"tactor/libtactor_{kind}.so").exists()]
 EMULATOR = pathlib.Path(TACTOR).resolve().parent / "tactor-emulate-modbus"
@@ -124,7 +124,7 @@ class Emulated(CommandTest):
         graph.write_text(graph.read_text().replace("stuck_after: 0", parameters))
         result = self.answer("device", "test", graph, "--seconds", seconds, *arguments, text=text)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
-        return [float(line.split()[2]) for line in log.read_text().splitlines() if len(line.split()) == 7]
+        return [row.force_N for row in motor_log(log)]
 
     @needs_live
     def test_a_device_without_a_watchdog_is_told_before_the_force_is_confirmed(self):

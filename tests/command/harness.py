@@ -19,7 +19,8 @@ import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 GRAPHS = ROOT / "graphs"
-sys.path.insert(0, str(GRAPHS))
+sys.path[:0] = [str(GRAPHS), str(ROOT / "tests/support")]
+from motor_log import motor_log  # noqa: E402, F401
 from shipped import graph_file, graph_files, graph_name  # noqa: E402, F401
 
 PATIENCE = 120  # s, for what takes a moment on an idle machine

@@ -7,7 +7,7 @@ import subprocess
 import time
 import unittest
 
-from harness import PRESSED_WALL, ROOT, TACTOR, CommandTest, needs_hdf5, needs_live
+from harness import PRESSED_WALL, ROOT, TACTOR, CommandTest, motor_log, needs_hdf5, needs_live
 
 try:
     import h5py
@@ -51,19 +51,14 @@ class ModbusHarness(CommandTest):
         return process
 
     def log_rows(self):
-        rows = []
-        for line in self.log.read_text().splitlines():
-            words = line.split()
-            if len(words) == 7:  # the last one may be cut
-                rows.append(tuple(map(float, words)))
-        return rows
+        return motor_log(self.log)
 
     def until_driven(self, process, after=0):
         """Waits until the motor has been pushed with a force for a while, later than `after` (ns)."""
         def driven():
             pushed = 0
             for row in self.log_rows():
-                pushed = pushed + 1 if row[2] != 0 and row[0] > after else 0
+                pushed = pushed + 1 if row.force_N != 0 and row.time_ns > after else 0
                 if pushed == 25:
                     return True
             return False
@@ -89,8 +84,8 @@ class ModbusHarness(CommandTest):
         self.assertEqual(norm[-1], 0)
         time.sleep(0.1)
         rows = self.log_rows()
-        self.assertLessEqual(max(abs(row[2]) for row in rows), FORCE_MAX + 0.001)
-        self.assertEqual(rows[-1][2], 0)
+        self.assertLessEqual(max(abs(row.force_N) for row in rows), FORCE_MAX + 0.001)
+        self.assertEqual(rows[-1].force_N, 0)
 
     def end_early(self, process):
         process.send_signal(signal.SIGINT)

@@ -29,7 +29,7 @@ class ModbusRun(ModbusHarness):
         self.assertIn("orca at ", stderr)
         self.assertRegex(stderr, says)
         self.check_forces()
-        self.assertGreater(max(abs(row[2]) for row in self.log_rows()), 0, "the motor was never pushed")
+        self.assertGreater(max(abs(row.force_N) for row in self.log_rows()), 0, "the motor was never pushed")
         self.assertEqual(self.summary["failure"].count("orca at "), 1)
 
     def test_the_motor_is_pushed_and_shut_down_in_the_end(self):
@@ -61,7 +61,7 @@ class ModbusRun(ModbusHarness):
                     self.emulator.kill()
                     counted = json.loads((self.out / "summary.json").read_text())["device"]["line"]
                     # By the steps of the motor itself.
-                    given = max(row[6] for row in self.log_rows())
+                    given = max(row.given_J for row in self.log_rows())
                     self.assertLess(abs(counted["energy_generated_J"] - given), 0.05 * given + 1e-5)
                     (self.assertLessEqual if bounds else self.assertGreater)(given, counted["energy_allowed_J"])
 
@@ -119,34 +119,34 @@ class ModbusRun(ModbusHarness):
         while not pushed and process.poll() is None and time.monotonic() < end:
             time.sleep(0.02)
             rows = self.log_rows()
-            pushed = len(rows) > 25 and all(row[2] != 0 for row in rows[-25:])
+            pushed = len(rows) > 25 and all(row.force_N != 0 for row in rows[-25:])
         process.kill()
         process.communicate()
-        while pushed and not self.log_rows()[-1][4]:
+        while pushed and not self.log_rows()[-1].expired:
             self.assertLess(time.monotonic(), end + PATIENCE, "the watchdog does not run out")
             time.sleep(0.05)
         self.emulator.kill()
         self.emulator.communicate()
         rows = self.log_rows()
-        return pushed and any(row[2] != 0 for row in rows if row[5] == rows[-1][5])
+        return pushed and any(row.force_N != 0 for row in rows if row.commands == rows[-1].commands)
 
     def check_watchdog(self, time_s):
         """By the motor's own clock: the force lasts as long as its watchdog says after the last command, and not longer."""
         step = 0.5e-3  # s, of the emulated motor
         rows = self.log_rows()
-        last = max(row[5] for row in rows)
-        after = [row for row in rows if row[5] == last]
-        before = [row for row in rows if row[5] < last][-1]
+        last = max(row.commands for row in rows)
+        after = [row for row in rows if row.commands == last]
+        before = [row for row in rows if row.commands < last][-1]
         # The last command came between these two rows.
-        driven = [row for row in after if row[2] != 0]
-        dead = [row for row in after if row[2] == 0]
+        driven = [row for row in after if row.force_N != 0]
+        dead = [row for row in after if row.force_N == 0]
         self.assertTrue(driven and dead)
-        self.assertLessEqual((driven[-1][0] - after[0][0]) * 1e-9, time_s + step)
-        self.assertGreaterEqual((dead[0][0] - before[0]) * 1e-9, time_s)
-        self.assertTrue(all(row[2] == 0 for row in after if row[0] >= dead[0][0]))
-        self.assertTrue(all(row[4] for row in dead))
+        self.assertLessEqual((driven[-1].time_ns - after[0].time_ns) * 1e-9, time_s + step)
+        self.assertGreaterEqual((dead[0].time_ns - before.time_ns) * 1e-9, time_s)
+        self.assertTrue(all(row.force_N == 0 for row in after if row.time_ns >= dead[0].time_ns))
+        self.assertTrue(all(row.expired for row in dead))
         # The registers still hold the force: nobody but the watchdog has taken it away.
-        self.assertNotEqual(after[-1][3], 0)
+        self.assertNotEqual(after[-1].commanded_N, 0)
 
     def test_when_the_program_is_killed_the_motors_own_watchdog_lets_go(self):
         profile = self.write("orca_quick.yaml", self.pressing().read_text().replace("time: 60 s", "time: 1 s"))
@@ -181,7 +181,7 @@ class ModbusRun(ModbusHarness):
         for fault in faults:
             began = time.monotonic_ns()
             self.tell("fault " + fault, "injected " + fault)
-            self.wait_until(lambda: self.log_rows()[-1][0] > began + 1e9, process, "a second was over", timeout=PATIENCE)
+            self.wait_until(lambda: self.log_rows()[-1].time_ns > began + 1e9, process, "a second was over", timeout=PATIENCE)
             self.tell("clear", "cleared")
             self.until_driven_again(process, began)
         return process
@@ -189,9 +189,9 @@ class ModbusRun(ModbusHarness):
     def until_driven_again(self, process, began):
         """Waits until the motor has had no force at some time after `began` (ns), and then one for a while."""
         def again():
-            rows = [row for row in self.log_rows() if row[0] > began]
-            first = next((i for i, row in enumerate(rows) if row[2] == 0), len(rows))
-            return any(all(row[2] != 0 for row in rows[i:i + 25]) for i in range(first, len(rows) - 25))
+            rows = [row for row in self.log_rows() if row.time_ns > began]
+            first = next((i for i, row in enumerate(rows) if row.force_N == 0), len(rows))
+            return any(all(row.force_N != 0 for row in rows[i:i + 25]) for i in range(first, len(rows) - 25))
         self.wait_until(again, process, "the force was taken away and came back", timeout=PATIENCE)
 
     def check_faults(self, counted, output, least):
@@ -232,11 +232,11 @@ class ModbusRun(ModbusHarness):
         self.assertRegex(stderr, r"orca at rtu:/dev/pts/\d+, unit 1")
         # Nobody can tell the motor any more; its own watchdog is what takes the force away.
         end = time.monotonic() + PATIENCE
-        while not self.log_rows()[-1][4]:
+        while not self.log_rows()[-1].expired:
             self.assertLess(time.monotonic(), end, "the watchdog does not run out")
             time.sleep(0.05)
         self.check_forces()
-        self.assertGreater(max(abs(row[2]) for row in self.log_rows()), 0, "the motor was never pushed")
+        self.assertGreater(max(abs(row.force_N) for row in self.log_rows()), 0, "the motor was never pushed")
         errors = self.summary["device"]["link"]["errors"]
         self.assertGreater(errors.get("reset", 0) + errors.get("disconnected", 0), 0, errors)
 

@@ -26,13 +26,13 @@ class OnAMotor(ModbusHarness):
         self.assertEqual(self.summary["no_force"][0]["device"], "device")
         self.assertGreater(self.summary["no_force"][0]["count"], 1000)
         self.assertIn("no force: button 1 was never held", (self.out / "report.html").read_text())
-        self.assertEqual({row[2] for row in self.log_rows()}, {0.0}, "the motor was pushed")
+        self.assertEqual({row.force_N for row in self.log_rows()}, {0.0}, "the motor was pushed")
 
     def test_a_motor_that_was_pushed_is_told_of_no_want_of_force(self):
         self.run_to_its_end("dead_man_button: 0", self.with_buttons(1))
         self.assertNotIn("no force", self.stdout)
         self.assertNotIn("no_force", self.summary)
-        self.assertTrue(any(row[2] != 0 for row in self.log_rows()))
+        self.assertTrue(any(row.force_N != 0 for row in self.log_rows()))
 
     def test_a_button_that_the_profile_lacks_is_refused_by_check(self):
         for count, button, says in ((0, 1, "expected 0, because the device has no buttons, found 1"),

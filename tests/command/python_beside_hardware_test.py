@@ -106,7 +106,7 @@ class PythonBesideHardware(ModbusHarness):
                 self.assertIn(says, stderr)
                 self.assertIn("node watch failed", self.summary["failure"])
                 self.check_forces()
-                self.assertGreater(max(abs(row[2]) for row in self.log_rows()), 0, "the motor was never pushed")
+                self.assertGreater(max(abs(row.force_N) for row in self.log_rows()), 0, "the motor was never pushed")
                 self.emulator.kill()
 
     def test_a_signal_that_a_node_sends_to_its_process_ramps_down_like_any(self):
@@ -134,8 +134,8 @@ class PythonBesideHardware(ModbusHarness):
         self.profile.write_text(self.profile.read_text().replace("time: 3 s", "time: 1 s"))
 
     def until_let_go(self):
-        self.wait_until(lambda: self.log_rows()[-1][4], self.emulator, "the watchdog ran out", timeout=PATIENCE)
-        self.assertEqual(self.log_rows()[-1][2], 0)
+        self.wait_until(lambda: self.log_rows()[-1].expired, self.emulator, "the watchdog ran out", timeout=PATIENCE)
+        self.assertEqual(self.log_rows()[-1].force_N, 0)
 
     def children_have(self, make_child, line=("--tcp", "0")):
         """What a child that the node makes so has of the device: the parent is killed, and the child lives on."""
@@ -193,7 +193,7 @@ class PythonBesideHardware(ModbusHarness):
                     # The device is free for the next one.
                     self.until_let_go()
                     again = self.start_again()
-                    self.until_driven(again, after=self.log_rows()[-1][0])
+                    self.until_driven(again, after=self.log_rows()[-1].time_ns)
                     self.end_early(again)
                     os.kill(child, signal.SIGKILL)
                     self.emulator.kill()

@@ -15,6 +15,9 @@ import tty
 import unittest
 
 ROOT = pathlib.Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "tests/support"))
+from motor_log import motor_log  # noqa: E402
+
 PROBE = os.environ.get("MODBUS_PROBE", str(ROOT / "build/release/tests/modbus_probe"))
 EMULATOR = os.environ.get("MODBUS_EMULATOR", str(ROOT / "build/release/bin/tactor-emulate-modbus"))
 PATIENCE = 120  # s, for anything that takes a moment on an idle machine
@@ -274,15 +277,10 @@ class Mbpoll(Peer):
                                      words if order == "high_first" else words[::-1])
                     # The motor has it, and nothing else but zero before it.
                     end = time.monotonic() + PATIENCE
-                    while not (forces := self.forces(log)) or forces[-1] != -1.5:
+                    while not (forces := [row.force_N for row in motor_log(log)]) or forces[-1] != -1.5:
                         self.assertLess(time.monotonic(), end, forces[-5:])
                         time.sleep(0.05)
                     self.assertEqual(set(forces), {0, -1.5})
-
-    @staticmethod
-    def forces(log):
-        rows = [line.split() for line in log.read_text().splitlines()]
-        return [float(row[2]) for row in rows if len(row) == 6]
 
     def check(self, endpoint):
         self.assertEqual(self.read(endpoint, "-t", "4", "-r", "408", "-c", "1"), [6])
