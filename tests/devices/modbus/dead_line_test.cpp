@@ -167,6 +167,22 @@ BOOST_DATA_TEST_CASE(a_peer_that_never_stops_sending_holds_nothing_up, both, ser
   BOOST_TEST(failure.reopen);
 }
 
+BOOST_AUTO_TEST_CASE(a_connection_that_nobody_takes_up_ends_in_its_time) {
+  const int listener = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const sockaddr_in address = tactor::test::listen_on_loopback(listener, 0);
+  // One finds room; whoever comes after it gets no answer at all.
+  const int first = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  BOOST_REQUIRE(connect(first, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0);
+  LineSettings line;
+  line.response_timeout = Duration{1'100'000'000};
+  Client client(parse_endpoint("tcp:127.0.0.1:" + std::to_string(ntohs(address.sin_port))), line, {}, 0);
+  LinkFailure failure;
+  BOOST_TEST(!client.connect(failure));
+  BOOST_CHECK(failure.error == LinkError::disconnected);
+  close(first);
+  close(listener);
+}
+
 BOOST_AUTO_TEST_CASE(an_answer_of_an_earlier_session_is_never_taken_for_one_of_this) {
   Profile profile = read_profile(TACTOR_SOURCE_DIR "/devices/modbus/profiles/iris_orca.yaml");
   profile.line.response_timeout = Duration{300'000'000};

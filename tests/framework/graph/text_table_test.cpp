@@ -82,6 +82,19 @@ BOOST_AUTO_TEST_CASE(a_text_is_broken_in_its_cell_and_loses_no_letter) {
   for (const std::string& line : lines_of(text)) BOOST_TEST(!line.ends_with(' '));
 }
 
+BOOST_AUTO_TEST_CASE(a_word_stays_whole_where_the_longest_of_each_column_find_room) {
+  TextTable table({{""}, {""}});
+  table.add({"international", "a few short words that can be broken at many spaces"});
+  table.add({"x", "y"});
+  // Two columns to the left, two between.
+  for (std::size_t columns = 4 + display_width("international") + display_width("broken"); columns <= 80; ++columns) {
+    const std::string text = table.text(columns);
+    for (const char* word : {"international", "short", "broken", "spaces"}) {
+      BOOST_TEST(text.find(word) != std::string::npos, "at " << columns << " columns:\n" << text);
+    }
+  }
+}
+
 BOOST_AUTO_TEST_CASE(a_letter_of_several_bytes_is_one_column) {
   BOOST_TEST(display_width("µm") == 2U);
   TextTable table({{"µ"}, {"x", right}});

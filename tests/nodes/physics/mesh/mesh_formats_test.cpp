@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "framework/core/check.hpp"
+#include "nodes/physics/mesh/mesh_writers.hpp"
 #include "tests/nodes/physics/mesh/mesh_files.hpp"
 #include "tests/support/shapes.hpp"
 
@@ -122,6 +123,11 @@ BOOST_AUTO_TEST_CASE(the_format_is_told_by_the_content_first_and_by_the_name_whe
   BOOST_CHECK_EXCEPTION(mesh_format("a.3ds", "MM"), InputError, [](const InputError& e) {
     return std::string(e.what()).find("a.3ds: neither the name nor the content") == 0;
   });
+}
+
+BOOST_AUTO_TEST_CASE(the_ending_of_a_name_to_write_counts_in_any_case) {
+  BOOST_TEST((format_of_ending("a.PLY") == MeshFormat::ply));
+  BOOST_TEST((format_of_ending("a.Off") == MeshFormat::off));
 }
 
 BOOST_AUTO_TEST_CASE(what_is_no_surface_is_left_out) {
