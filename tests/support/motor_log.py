@@ -5,6 +5,6 @@ Row = collections.namedtuple("Row", "time_ns position_m force_N commanded_N expi
 
 
 def motor_log(path):
-    """All whole rows so far; the last one may be cut. Energy is net, from the motor to the hand."""
-    rows = [line.split() for line in path.read_text().splitlines()] if path.exists() else []
-    return [Row(*map(float, row)) for row in rows if len(row) == len(Row._fields)]
+    """All whole rows so far; the last one may be cut. A row of other columns raises TypeError. Energy is net, from motor to hand."""
+    whole = path.read_text().split("\n")[:-1] if path.exists() else []
+    return [Row(*map(float, row.split())) for row in whole]
