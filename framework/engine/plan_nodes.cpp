@@ -86,7 +86,8 @@ NodeContext context_of(const GraphSpec& graph, const NodeSpec& spec, const HandP
   context.seed = derive_seed(graph.seed, spec.name);
   context.duration = graph.duration;
   context.foreign_physics = is_fed_by_foreign_physics(graph, spec);
-  context.in_loop = graph.clock == Clock::real && spec.scheduling.lane == Lane::realtime;
+  context.wall_clock = graph.clock == Clock::real;
+  context.in_loop = context.wall_clock && spec.scheduling.lane == Lane::realtime;
   context.hand = hand;
   context.notes = notes;
   return context;

@@ -38,6 +38,7 @@ struct NodeContext {
   Duration duration;               ///< of the run
   bool foreign_physics = false;    ///< an edge leads here from dynamics of another law than the scene's
   bool in_loop = false;            ///< it steps in a loop of the real-time lane, which may miss ticks
+  bool wall_clock = false;         ///< the run goes by the machine's clock, so measured times may decide
   const HandPath* hand = nullptr;  ///< null: not known
   /// The node adds notes here that the user should read but that do not stop the run, each once; null: not wanted.
   std::vector<std::string>* notes = nullptr;

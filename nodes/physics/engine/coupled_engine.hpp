@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <memory>
 #include <span>
@@ -18,6 +19,22 @@ struct EngineModel {
   std::string tool;                 ///< the name of its body on the coupling
   std::string keyframe;             ///< the name of the state it begins with; empty: the model's own
   std::vector<std::string> bodies;  ///< names of the other bodies that the engine tells of
+  /// Some of its trees may be let stand; such an engine tells neither of `bodies` nor of contacts.
+  bool partial = false;
+};
+
+/// Trees of a scene as a set: bit k is tree k. A tree is a child of the world with all that hangs on it. Trees that the
+/// model joins otherwise are one. Tree 0 has the tool, and with it what always moves.
+using Trees = std::uint64_t;
+inline constexpr int most_trees = 64;
+inline constexpr Trees all_trees = ~Trees{0};
+
+/// How far to look for the trees that have to move.
+struct TreeSearch {
+  double horizon = 0;       ///< s, for which the trees are chosen
+  double handle_speed = 0;  ///< m/s
+  double stretch = 0;       ///< m, between handle and tool, which the tool may jump when it comes free
+  double step_budget = 0;   ///< s, that a step may cost, on the scale of CoupledEngine::step_cost
 };
 
 /// The numbers of an engine's state, as in EngineState.
@@ -53,10 +70,26 @@ class CoupledEngine {
   [[nodiscard]] virtual bool tool_rotates() const = 0;
   /// Bodies that move and of which the engine does not tell, nor of what they are welded to.
   [[nodiscard]] virtual std::vector<std::string> untold_bodies() const = 0;
-  /// Why a step of this model may allocate memory; empty where none does.
-  [[nodiscard]] virtual std::string allocates() const = 0;
-  /// Bodies that can move apart from each other, such as the tool and a door.
+  /// Whether a step in which these trees move may allocate memory.
+  [[nodiscard]] virtual bool may_allocate(Trees moving) const = 0;
+  /// Why it does; empty where it does not.
+  [[nodiscard]] virtual std::string allocates(Trees moving) const = 0;
+  /// Bodies that can move apart from each other as the engine is, such as the tool and a door. A body that stands with
+  /// its tree is none.
   [[nodiscard]] virtual int moving_bodies() const = 0;
+
+  /// Of a partial engine: the trees to move while the scene goes on from `numbers`. They are the tool's and those that
+  /// it touches or may touch over the horizon, and then those that these may touch, the nearest to the tool first, as
+  /// long as a step stays within its budget and allocates nothing. A tree may be touched where the gap between the
+  /// spheres around geoms is less than both sides may go: by their speeds, by the speed of the handle, which may grow
+  /// by 10 m/s^2, and by the spring's stretch. All trees, where the engine is not partial or `numbers` do not fit it.
+  [[nodiscard]] virtual Trees near_trees(const EngineNumbers& numbers, const TreeSearch& search) = 0;
+  /// s of CPU time of a step in which these trees move, by a model: a + b geoms + c dofs + d dofs^2, geoms of all trees
+  /// and degrees of freedom of these alone. It was measured once; other machines and other contacts differ by a factor.
+  [[nodiscard]] virtual double step_cost(Trees moving) const = 0;
+  /// Of a partial engine: the trees that move from the next `restore` on. The others stand where that state has them,
+  /// and push as fixed bodies do.
+  virtual void let_move(Trees moving) = 0;
 
   /// Puts the tool there, at rest; one that keeps its orientation goes to the place alone.
   virtual void place_tool(const Pose& X_WT) = 0;

@@ -31,13 +31,23 @@ RefusalReason EngineMotion::refusal(const EngineState& state) const {
   return is_good ? RefusalReason::none : RefusalReason::not_finite;
 }
 
-RefusalReason EngineMotion::restart(const EngineState& state) {
+RefusalReason EngineMotion::restart(const EngineState& state, Trees moving) {
   if (const RefusalReason why = refusal(state); why != RefusalReason::none) return why;
+  engine_->let_move(moving);
+  moving_ = moving;
   if (!engine_->restore(numbers_of(state))) return RefusalReason::another_scene;
   sample_ = {{.valid = state.time}, state.device};
   sample_.value.X_WD.R = normalized(state.device.X_WD.R);
   coupling_ = state.coupling;
   return RefusalReason::none;
+}
+
+Trees EngineMotion::near_trees(const EngineState& state, const DeviceState& handle, double horizon,
+                               double step_budget) {
+  return engine_->near_trees(numbers_of(state), {.horizon = horizon,
+                                                 .handle_speed = norm(handle.V_WD.v),
+                                                 .stretch = norm(handle.X_WD.p - state.p_WT_result),
+                                                 .step_budget = step_budget});
 }
 
 double EngineMotion::substeps_to(Time time) const {
@@ -78,6 +88,7 @@ std::optional<EngineState> EngineMotion::state(ArrayPool<double>& pool, const En
        activation = pool.copy(numbers.activation), acceleration = pool.copy(numbers.acceleration);
   if (!position || !velocity || !activation || !acceleration) return std::nullopt;
   return EngineState{.identity = engine_->identity(),
+                     .moving = moving_,
                      .time = sample_.stamp.valid,
                      .device = sample_.value,
                      .p_WT_result = result != nullptr ? result->p_WT_result : engine_->tool().X_WT.p,

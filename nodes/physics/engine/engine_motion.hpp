@@ -24,8 +24,12 @@ class EngineMotion {
   void begin(const Stamped<DeviceState>& sample, const CouplingParameters& coupling, bool at_handle);
   /// Why that state is not usable, but for the engine's own numbers: it is of another model, or not finite.
   [[nodiscard]] RefusalReason refusal(const EngineState& state) const;
-  /// Goes to that state; or why not: it is of another model, or not finite.
-  [[nodiscard]] RefusalReason restart(const EngineState& state);
+  /// Goes to that state, from which these trees move; or why not: it is of another model, or not finite.
+  [[nodiscard]] RefusalReason restart(const EngineState& state, Trees moving);
+  /// The trees to move from that state on, as CoupledEngine::near_trees tells. `handle`: where it is by now;
+  /// `step_budget` and `horizon`: s.
+  [[nodiscard]] Trees near_trees(const EngineState& state, const DeviceState& handle, double horizon,
+                                 double step_budget);
   /// Moves the bodies on to the time of `sample`; nothing happens where that is not later. False where the engine
   /// failed: then it has to be restarted. Contacts of the last sub-step are put into `found`, unless it is null.
   bool advance(const Stamped<DeviceState>& sample, const CouplingParameters& coupling, ContactSet* found = nullptr);
@@ -36,6 +40,9 @@ class EngineMotion {
 
   /// Sub-steps from there to `time`, if no sample came between.
   [[nodiscard]] double substeps_to(Time time) const;
+
+  /// s, the longest sub-step.
+  [[nodiscard]] double substep() const { return substep_; }
 
   /// Of the sample that the bodies were moved to.
   [[nodiscard]] Time time() const { return sample_.stamp.valid; }
@@ -51,6 +58,7 @@ class EngineMotion {
  private:
   std::unique_ptr<CoupledEngine> engine_;
   double substep_;
+  Trees moving_ = all_trees;
   Stamped<DeviceState> sample_;
   CouplingParameters coupling_;
   Twist acceleration_;

@@ -72,7 +72,7 @@ void compare_tools(const std::string& type, const Body& tool, const EngineParams
 }  // namespace
 
 std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const EngineParams& params,
-                                           const NodeContext& context) {
+                                           const NodeContext& context, bool partial) {
   if (params.model.empty()) {
     throw ValueError("model", type + ": expected the model that physics.mujoco steps, found none");
   }
@@ -80,7 +80,8 @@ std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const Engine
   const std::vector<std::size_t> moving = scene.moving();
   if (moving.empty()) throw InputError(type + " needs a moving body in the scene");
   refuse_deformable(scene, type + " moves", "dynamics.deformable");
-  EngineModel model{.file = params.model, .tool = params.tool, .keyframe = params.keyframe};
+  EngineModel model{
+      .file = params.model, .tool = params.tool, .keyframe = params.keyframe, .bodies = {}, .partial = partial};
   for (std::size_t i = 1; i < moving.size(); ++i) model.bodies.push_back(scene.bodies[moving[i]].name);
   auto engine = load_mujoco_plugin(type).engine(model);
   const Vec3 g = engine->gravity_W();

@@ -45,9 +45,9 @@ void declare_engine_model(Declare<N>& node, bool required, double substep) {
 /// Loads MuJoCo and the model. Throws InputError where there is no plugin, and ValueError where the model cannot be
 /// used or does not go with the scene: gravity is the model's, the tool has the mass of the model's, turns where that
 /// does and then has its principal inertias to 5 %, and other moving bodies are in the model by their names. `type`: of
-/// the node that asks, for messages.
+/// the node that asks, for messages. `partial`: as in EngineModel.
 std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const EngineParams& params,
-                                           const NodeContext& context);
+                                           const NodeContext& context, bool partial = false);
 
 /// Notes which bodies of the model move without being in the scene.
 void note_untold(const EngineParams& params, const CoupledEngine& engine, const NodeContext& context);

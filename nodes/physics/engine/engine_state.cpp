@@ -12,6 +12,9 @@ const MessageType& message_type<EngineState>() {
                             "result that it comes from.")
           .field("identity", &EngineState::identity,
                  "Hash of the model's files, the tool and the keyframe. A state goes with engines of the same.")
+          .field("moving", "1", &EngineState::moving,
+                 "Trees of the scene that move while it goes on from this state: bit k is tree k, and tree 0 has the "
+                 "tool. The others stand where the state has them. All bits: all trees move.")
           .field("time", &EngineState::time, "Time of the device sample that the engine was moved on to.")
           .field("device", &EngineState::device, "Device sample at `time`.")
           .field("p_WT_result", "m", &EngineState::p_WT_result,

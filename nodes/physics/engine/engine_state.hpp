@@ -5,6 +5,7 @@
 
 #include "framework/core/messages.hpp"
 #include "framework/core/shared_array.hpp"
+#include "nodes/physics/engine/coupled_engine.hpp"
 
 namespace tactor {
 
@@ -12,6 +13,7 @@ namespace tactor {
 /// from. The arrays are in the engine's order and units, from which it goes on to the last bit.
 struct EngineState {
   std::uint64_t identity = 0;      ///< of the engine, CoupledEngine::identity
+  Trees moving = all_trees;        ///< that move while the scene goes on from here; the others stand
   Time time;                       ///< of the sample of the handle that the engine was brought to
   DeviceState device;              ///< that sample
   Vec3 p_WT_result;                ///< m, of the tool in the physics result

@@ -14,6 +14,7 @@
 #include "nodes/physics/mujoco/conversions.hpp"
 #include "nodes/physics/mujoco/guarded_call.hpp"
 #include "nodes/physics/mujoco/model_file.hpp"
+#include "nodes/physics/mujoco/partial_scene.hpp"
 
 namespace tactor {
 
@@ -67,8 +68,10 @@ class MujocoEngine final : public CoupledEngine {
       }
     }
     jacobian_.resize(6 * static_cast<std::size_t>(m.nv));
-    of_tool_ = with_what_hangs_on(m, tool_);
+    of_tool_.resize(static_cast<std::size_t>(m.nbody));
+    mark_tool();
     begin();
+    if (model.partial) part_ = std::make_unique<PartialScene>(*shared_, tool_, *data_);
     if (!guarded(&MujocoEngine::forward)) {
       throw ValueError("model", model.file.string() + ": MuJoCo cannot begin with it: " + failure());
     }
@@ -94,10 +97,12 @@ class MujocoEngine final : public CoupledEngine {
     return (model_->opt.disableflags & mjDSBL_GRAVITY) != 0 ? Vec3{} : vec3_at(model_->opt.gravity);
   }
   [[nodiscard]] bool tool_rotates() const override { return is_free_; }
-  [[nodiscard]] std::string allocates() const override {
-    if (model_->nbody <= most_sorted_bodies) return {};
+  [[nodiscard]] bool may_allocate(Trees moving) const override { return bodies_with(moving) > most_sorted_bodies; }
+  [[nodiscard]] std::string allocates(Trees moving) const override {
+    if (!may_allocate(moving)) return {};
+    const std::string why = part_ != nullptr ? part_->trees().why_whole() : "";
     return "MuJoCo allocates memory in the steps of a model with more than " + std::to_string(most_sorted_bodies) +
-           " bodies, and this one has " + std::to_string(model_->nbody);
+           " bodies, and this one has " + std::to_string(bodies_with(moving)) + (why.empty() ? "" : "; " + why);
   }
   [[nodiscard]] int moving_bodies() const override {
     int count = 0;
@@ -106,6 +111,16 @@ class MujocoEngine final : public CoupledEngine {
     }
     return count;
   }
+
+  [[nodiscard]] Trees near_trees(const EngineNumbers& numbers, const TreeSearch& search) override {
+    if (part_ == nullptr || !fits(numbers)) return all_trees;
+    part_->place(numbers);
+    return part_->trees().near(part_->placed(), search, most_sorted_bodies);
+  }
+  [[nodiscard]] double step_cost(Trees moving) const override {
+    return part_ != nullptr ? part_->trees().step_cost(moving) : 0;
+  }
+  void let_move(Trees moving) override { moving_ = moving | 1; }
 
   void place_tool(const Pose& X_WT) override {
     const mjModel& m = *model_;
@@ -131,6 +146,7 @@ class MujocoEngine final : public CoupledEngine {
   }
 
   [[nodiscard]] EngineNumbers numbers() const override {
+    if (part_ != nullptr) return part_->numbers();
     const mjModel& m = *model_;
     const auto span = [](const double* from, int count) { return std::span(from, static_cast<std::size_t>(count)); };
     return {span(data_->qpos, m.nq), span(data_->qvel, m.nv), span(data_->act, m.na),
@@ -138,20 +154,19 @@ class MujocoEngine final : public CoupledEngine {
   }
 
   bool restore(const EngineNumbers& numbers) override {
-    const EngineNumbers own = this->numbers();
-    const auto fits = [](std::span<const double> from, std::span<const double> to) {
-      return from.size() == to.size() &&
-             std::all_of(from.begin(), from.end(), [](double x) { return std::isfinite(x); });
-    };
-    if (!fits(numbers.position, own.position) || !fits(numbers.velocity, own.velocity) ||
-        !fits(numbers.activation, own.activation) || !fits(numbers.acceleration, own.acceleration)) {
-      return false;
-    }
+    if (!fits(numbers)) return false;
     if (failed_) begin();
-    std::copy(numbers.position.begin(), numbers.position.end(), data_->qpos);
-    std::copy(numbers.velocity.begin(), numbers.velocity.end(), data_->qvel);
-    std::copy(numbers.activation.begin(), numbers.activation.end(), data_->act);
-    std::copy(numbers.acceleration.begin(), numbers.acceleration.end(), data_->qacc_warmstart);
+    if (part_ != nullptr) {
+      part_->place(numbers);
+      part_->set(moving_, *model_, *data_);
+      tool_ = part_->body(listed_.front());
+      mark_tool();
+    } else {
+      std::copy(numbers.position.begin(), numbers.position.end(), data_->qpos);
+      std::copy(numbers.velocity.begin(), numbers.velocity.end(), data_->qvel);
+      std::copy(numbers.activation.begin(), numbers.activation.end(), data_->act);
+      std::copy(numbers.acceleration.begin(), numbers.acceleration.end(), data_->qacc_warmstart);
+    }
     mj_kinematics(model_.get(), data_.get());
     note_tool();
     return true;
@@ -164,6 +179,7 @@ class MujocoEngine final : public CoupledEngine {
     model_->opt.timestep = h;
     failed_ = !guarded(&MujocoEngine::make_step) || has_warned() || !is_coupled_;
     if (failed_) return false;
+    if (part_ != nullptr) part_->take(*data_);
     note_tool();
     if (!is_finite(tool_state_.X_WT.p) || !is_finite(tool_state_.V_WT.v) || !is_finite(tool_state_.V_WT.w)) {
       fail("the tool's motion is not finite");
@@ -209,14 +225,27 @@ class MujocoEngine final : public CoupledEngine {
     return numbers;
   }
 
-  /// By number of a body: 1 for the tool and for all that hangs on it.
-  static std::vector<char> with_what_hangs_on(const mjModel& m, int tool) {
-    std::vector<char> flags(static_cast<std::size_t>(m.nbody), 0);
+  /// Marks the tool and all that hangs on it.
+  void mark_tool() {
     // Parents come before their children.
-    for (int b = 1; b < m.nbody; ++b) {
-      flags[static_cast<std::size_t>(b)] = b == tool || flags[static_cast<std::size_t>(m.body_parentid[b])] != 0;
+    for (int b = 1; b < model_->nbody; ++b) {
+      of_tool_[static_cast<std::size_t>(b)] =
+          b == tool_ || of_tool_[static_cast<std::size_t>(model_->body_parentid[b])] != 0;
     }
-    return flags;
+  }
+
+  /// Bodies of the model in which these trees move.
+  [[nodiscard]] int bodies_with(Trees moving) const {
+    return part_ != nullptr ? part_->trees().bodies(moving | 1) : shared_->nbody;
+  }
+
+  [[nodiscard]] bool fits(const EngineNumbers& numbers) const {
+    const auto fit = [](std::span<const double> from, int count) {
+      return from.size() == static_cast<std::size_t>(count) &&
+             std::all_of(from.begin(), from.end(), [](double x) { return std::isfinite(x); });
+    };
+    return fit(numbers.position, shared_->nq) && fit(numbers.velocity, shared_->nv) &&
+           fit(numbers.activation, shared_->na) && fit(numbers.acceleration, shared_->nv);
   }
 
   /// Whether something moves of a child of the world.
@@ -350,7 +379,9 @@ class MujocoEngine final : public CoupledEngine {
   std::shared_ptr<const mjModel> shared_;  // kept, so that the next engine need not read it anew
   ModelPointer model_;                     // its own, whose time step changes
   DataPointer data_;
-  std::vector<int> listed_;  // numbers of the bodies that it tells of, the tool first
+  std::unique_ptr<PartialScene> part_;  // null: all trees move
+  Trees moving_ = all_trees;            // from the next restore on
+  std::vector<int> listed_;             // numbers of the bodies that it tells of, the tool first
   std::uint64_t identity_;
   std::vector<char> of_tool_;
   int tool_ = 0;
