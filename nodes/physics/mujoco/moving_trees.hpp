@@ -33,8 +33,8 @@ class MovingTrees {
   [[nodiscard]] bool any_stands(Trees moving) const;
   /// Bodies of the model that moves these trees alone, the world among them.
   [[nodiscard]] int bodies(Trees moving) const;
-  /// s, of a step with these trees moving, by the model that CoupledEngine::step_cost tells.
-  [[nodiscard]] double step_cost(Trees moving) const;
+  /// s, of a step with these trees moving from `placed` on, by the model that CoupledEngine::step_cost tells.
+  [[nodiscard]] double step_cost(const mjData& placed, Trees moving) const;
 
   /// The trees to move, as CoupledEngine::near_trees tells. `placed`: with positions and velocities of all bodies and
   /// geoms. `most_bodies`: of the model that moves them alone.
@@ -42,7 +42,9 @@ class MovingTrees {
 
  private:
   [[nodiscard]] std::vector<int> joined_roots(const mjModel& m, int tool);
-  [[nodiscard]] double gap(const mjData& placed, std::span<const int> a, std::span<const int> b) const;
+  [[nodiscard]] double gap(const mjData& placed, int a, int b) const;
+  [[nodiscard]] double gap(const mjData& placed, std::span<const int> first, std::span<const int> second) const;
+  [[nodiscard]] int pairs_of(const mjData& placed, int tree, Trees counted) const;
   [[nodiscard]] double speed(const mjData& placed, std::span<const int> geoms) const;
 
   const mjModel* whole_;

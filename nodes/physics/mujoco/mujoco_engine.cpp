@@ -118,7 +118,7 @@ class MujocoEngine final : public CoupledEngine {
     return part_->trees().near(part_->placed(), search, most_sorted_bodies);
   }
   [[nodiscard]] double step_cost(Trees moving) const override {
-    return part_ != nullptr ? part_->trees().step_cost(moving) : 0;
+    return part_ != nullptr ? part_->trees().step_cost(part_->placed(), moving | 1) : 0;
   }
   void let_move(Trees moving) override { moving_ = moving | 1; }
 
