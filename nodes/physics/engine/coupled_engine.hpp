@@ -84,11 +84,12 @@ class CoupledEngine {
   /// spheres around geoms is less than both sides may go: by their speeds, by the speed of the handle, which may grow
   /// by 10 m/s^2, and by the spring's stretch. All trees, where the engine is not partial or `numbers` do not fit it.
   [[nodiscard]] virtual Trees near_trees(const EngineNumbers& numbers, const TreeSearch& search) = 0;
-  /// s of CPU time of a step in which these trees move, from the numbers that came last, by a model: a + b geoms + c
-  /// dofs
-  /// + d pairs. Geoms are those of all trees, degrees of freedom those of the trees that move, and pairs are geoms of
-  /// theirs whose sphere meets that of a geom of another tree. The figures were measured once; another machine differs
-  /// by a factor. 0 where the engine is not partial.
+  /// s of CPU time of a step in which these trees move, from the numbers that came last, by a model:
+  ///   a + b geoms + c dofs + d pairs.
+  /// Geoms are those of all trees, degrees of freedom those of the trees that move, and pairs are geoms of theirs whose
+  /// sphere meets that of a geom of another tree. The figures were measured once, on heaps of 6 to 60 bodies, and hold
+  /// within a factor of two there; another machine differs by a factor. 0 where the engine is not partial.
+  [[nodiscard]] virtual double step_cost(Trees moving) const = 0;
   /// Of a partial engine: the trees that move from the next `restore` on. The others stand where that state has them,
   /// and push as fixed bodies do.
   virtual void let_move(Trees moving) = 0;
