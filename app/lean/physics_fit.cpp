@@ -80,6 +80,9 @@ std::optional<PhysicsFit> measure_physics_fit(const Plan& plan, const std::funct
     if (!is_physics(node) || node.cost.kind == CostModel::Kind::none) continue;
     fit.declared += (fit.declared.empty() ? "" : " and ") + node.name;
   }
+  fit.foreign = std::any_of(plan.nodes.begin(), plan.nodes.end(), [&](const NodeSpec& node) {
+    return moves_bodies(node) && node.info->is_foreign_physics();
+  });
   for (const NodeSpec& node : plan.nodes) {
     if (!node.info->hardware) continue;
     fit.not_measured = node.name + " drives a device";
@@ -125,14 +128,14 @@ std::string text_of(const PhysicsFit& fit, const std::string& indent) {
   text += fmt::format("{}A tick of the haptic loop is {}, and half of it is left to the other nodes. ", indent,
                       microseconds(fit.tick_us));
   if (fit.fits()) {
-    text +=
-        "So physics fits into a tick, and no prediction is needed: where nothing deforms, `--over direct` makes a "
-        "step of physics in each tick.\n";
+    text += "So physics fits into a tick, and no prediction is needed: ";
+    text += fit.foreign ? "`--over own_physics/each_tick` makes steps of all of the scene in each tick.\n"
+                        : "where nothing deforms, `--over direct` makes a step of physics in each tick.\n";
   } else {
     text += fmt::format(
-        "So physics does not fit into a tick: it would have to be {:.1f} times faster. `--over local` predicts the "
+        "So physics does not fit into a tick: it would have to be {:.1f} times faster. `--over {}` predicts the "
         "force between two steps of physics.\n",
-        fit.p99_us() / (fit.tick_us / 2));
+        fit.p99_us() / (fit.tick_us / 2), fit.foreign ? "own_physics/rollout" : "local");
   }
   if (!fit.declared.empty()) {
     text += fmt::format(

@@ -24,6 +24,7 @@ struct PhysicsFit {
   double tick_us = 0;
   double seconds = 0;        ///< simulated, of the run that was measured
   std::string declared;      ///< the nodes of physics to which the graph gives a cost, or empty
+  bool foreign = false;      ///< the bodies are moved by an engine with a law of its own
   std::string not_measured;  ///< why nothing was measured, or empty
 
   [[nodiscard]] double mean_us() const;
