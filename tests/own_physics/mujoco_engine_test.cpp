@@ -230,7 +230,7 @@ BOOST_AUTO_TEST_CASE(too_many_constraints_fail_a_step) {
 
 BOOST_AUTO_TEST_CASE(steps_and_restarts_allocate_nothing, *boost::unit_test::precondition(heap_is_counted)) {
   const auto engine = engine_of(model_file(plane + ball(slides, "0 0 0.009")));
-  BOOST_TEST(engine->allocates() == "");
+  BOOST_TEST(engine->allocates(all_trees) == "");
   DeviceState handle;
   handle.X_WD.p = {0, 0, 0.008};
   BOOST_REQUIRE(engine->step(stiff, handle, h, nullptr));
@@ -262,9 +262,9 @@ std::filesystem::path heap_of(int spheres) {
 
 BOOST_AUTO_TEST_CASE(a_heap_that_mujoco_sorts_on_the_heap_is_refused,
                      *boost::unit_test::precondition(heap_is_counted)) {
-  BOOST_TEST(engine_of(heap_of(30))->allocates() != "");
+  BOOST_TEST(engine_of(heap_of(30))->allocates(all_trees) != "");
   const auto engine = engine_of(heap_of(20));
-  BOOST_TEST(engine->allocates() == "");
+  BOOST_TEST(engine->allocates(all_trees) == "");
   BOOST_REQUIRE(engine->step({}, {}, h, nullptr));
   const std::int64_t before = thread_heap_calls();
   bool stepped = true;

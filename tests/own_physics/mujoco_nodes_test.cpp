@@ -494,6 +494,83 @@ BOOST_AUTO_TEST_CASE(moving_bodies_that_the_scene_does_not_name_are_noted) {
   BOOST_TEST(notes[0].find("not in the scene: box.") != std::string::npos, notes[0]);
 }
 
+BOOST_AUTO_TEST_CASE(in_each_tick_the_scene_goes_on_from_the_first_result_to_the_last_bit) {
+  auto params = params_of<MujocoRollout>();
+  params.mode = MujocoRollout::Params::Mode::each_tick;
+  // Without effect: no result but the first is needed.
+  params.trust_time = params.trust_time_max = Duration::from_seconds(0.05);
+  Physics truth, first;
+  Display display(params);
+  // The first result is 20 samples old when it comes.
+  for (int ms = 20; ms < 40; ++ms) BOOST_TEST(!display.tick(ms));
+  display.give(20, 40, first.go_to(20));
+  double worst = 0, largest = 0;
+  for (int ms = 40; ms <= 600; ++ms) {
+    BOOST_REQUIRE(display.tick(ms));
+    truth.go_to(ms);
+    // By then, what was shown at the begin has decayed.
+    if (ms < 120) continue;
+    worst = std::max(worst, norm(display.force(ms) - truth.force()));
+    largest = std::max(largest, norm(truth.force()));
+  }
+  BOOST_TEST(largest > 2.0);
+  BOOST_TEST(worst < 1e-9);
+  BOOST_TEST(display.metric("rollout.failed_steps") == 0.0);
+  BOOST_TEST(display.metric("rollout.held_ticks") < 10.0);
+}
+
+BOOST_AUTO_TEST_CASE(each_tick_is_refused_where_the_steps_of_a_tick_are_measured_not_to_fit) {
+  auto params = params_of<MujocoRollout>();
+  params.mode = MujocoRollout::Params::Mode::each_tick;
+  params.rate = 1e7;
+  params.substep = 1e-5;
+  const auto made = [&](bool wall_clock) {
+    return refusal([&] {
+      NodeContext context = context_for(the_scene());
+      context.wall_clock = wall_clock;
+      MujocoRollout(params, context);
+    });
+  };
+  // The virtual clock decides nothing by the speed of the machine.
+  BOOST_TEST(made(false) == "taken");
+  const std::string text = made(true);
+  BOOST_TEST(text.starts_with("mode: interpolation.mujoco: the steps of "), text);
+  BOOST_TEST(text.find(" us of CPU time on this machine") != std::string::npos, text);
+}
+
+BOOST_AUTO_TEST_CASE(bodies_out_of_reach_stand_in_the_rollout_and_are_counted) {
+  const auto with_boxes = model_file(plane + ball(slides, "0 0 0.02") + R"(
+      <body pos="0.03 0 0.02"><freejoint/><geom type="box" size="0.01 0.01 0.02" mass="0.1"/></body>
+      <body pos="0.9 0 0.02"><freejoint/><geom type="box" size="0.02 0.02 0.02" mass="0.1"/></body>)",
+                                     weightless);
+  for (const double budget : {1.0, 0.0}) {
+    auto of_physics = params_of<MujocoPhysics>();
+    auto of_predictor = params_of<MujocoPredictor>();
+    auto params = params_of<MujocoRollout>();
+    of_physics.model = of_predictor.model = params.model = with_boxes;
+    of_predictor.budget = budget;
+    Physics physics(of_physics);
+    MujocoPredictor predictor(of_predictor, context_for(the_scene()));
+    predictor.device.configure({QueuePolicy::drop_oldest, 2048});
+    predictor.engine.configure({});
+    for (int ms = 0; ms <= 120; ++ms) give_sample(predictor, ms);
+    const EngineState result = physics.go_to(100);
+    BOOST_TEST((result.moving == all_trees));
+    predictor.engine.push(stamp_ms(100), &result);
+    StepContext context(at_ms(120));
+    predictor.step(context);
+    BOOST_REQUIRE(predictor.model.pending() == 1U);
+    const EngineState moved = sent(predictor.model);
+    BOOST_TEST((moved.moving == (budget > 0 ? 3U : 1U)));
+    BOOST_TEST(metrics_of(predictor).count("prediction.cost_ratio") == 0U);
+    Display display(params);
+    display.give(100, 120, moved);
+    BOOST_REQUIRE(display.tick(120));
+    BOOST_TEST(display.metric("rollout.moving_bodies") == (budget > 0 ? 2.0 : 1.0));
+    BOOST_TEST(display.metric("rollout.most_moving_bodies") == (budget > 0 ? 2.0 : 1.0));
+  }
+}
+
 BOOST_AUTO_TEST_CASE(the_rollout_allocates_nothing, *boost::unit_test::precondition(heap_is_counted)) {
   Physics physics;
   const EngineState first = physics.go_to(100), second = physics.go_to(110);
