@@ -1,6 +1,7 @@
 // The shipped graphs with several bodies of MuJoCo, with its rollout.
 #include <boost/test/unit_test.hpp>
 
+#include <algorithm>
 #include <string>
 
 #include "framework/node/plugin.hpp"
@@ -37,6 +38,27 @@ BOOST_AUTO_TEST_CASE(a_block_a_door_and_a_peg_are_rolled_out_nearer_to_physics_t
       BOOST_TEST(rolled.metric(error) < 0.5 * held.metric(error));
     }
   }
+}
+
+BOOST_AUTO_TEST_CASE(in_each_tick_nothing_is_predicted_and_the_report_says_so) {
+  const RunResult run_whole =
+      run(planned("own_physics/block.yaml", {"own_physics/each_tick.yaml", "duration=1 s"}), {}, {});
+  BOOST_TEST(run_whole.metric("rollout.failed_steps") == 0);
+  BOOST_TEST(run_whole.metric("rollout.overruns") == 0);
+  BOOST_TEST(run_whole.metric("rollout.held_ticks") < 20);
+  const auto says_so = [](const std::string& text) { return text.find("nothing is predicted") != std::string::npos; };
+  BOOST_TEST(std::any_of(run_whole.remarks.begin(), run_whole.remarks.end(), says_so));
+}
+
+BOOST_AUTO_TEST_CASE(of_a_pile_of_25_bodies_the_rollout_moves_what_fits_its_budget) {
+  const std::string graph = "own_physics/pile.yaml", over = "own_physics/rollout.yaml", brief = "duration=150 ms";
+  const RunResult few = run(planned(graph, {over, brief}), {}, {});
+  BOOST_TEST(few.metric("rollout.ticks") > 50);
+  BOOST_TEST(few.metric("rollout.failed_steps") == 0);
+  BOOST_TEST(few.metric("rollout.least_moving_bodies") >= 1);
+  BOOST_TEST(few.metric("rollout.most_moving_bodies") < 26);
+  const RunResult none = run(planned(graph, {over, brief, "resimulation.budget=0 s"}), {}, {});
+  BOOST_TEST(none.metric("rollout.most_moving_bodies") == 1);
 }
 
 BOOST_AUTO_TEST_SUITE_END()
