@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "nodes/physics/deformable/patch_choice.hpp"
 #include "nodes/physics/deformable/spread_nodes.hpp"
 #include "tests/nodes/physics/deformable/soft_rig.hpp"
 
@@ -63,6 +64,31 @@ BOOST_AUTO_TEST_CASE(a_patch_has_twice_as_many_nodes_as_are_touched) {
       }
     }
   }
+}
+
+BOOST_AUTO_TEST_CASE(a_patch_that_others_fill_is_kept_while_they_touch_the_same) {
+  Scene scene = over_gel(far_tool());
+  scene.bodies[0] = gel_box("gel", {0.1, 0.1, 0.03}, {0, 0, -0.015}, 2e4, 0.004);
+  SoftRig rig(scene);
+  const ContactBody tool(*scene.tool(), 0, false, 0.04, cell_distances({}, nullptr), nullptr);
+  PatchChoice patch(rig.soft, tool, RigOptions{}.deformable());
+  constexpr std::size_t most = RigidStep::most_patch_nodes;
+  std::vector<SoftContact> contacts;
+  for (const auto& face : rig.soft.surface.faces) {
+    SoftContact contact;
+    contact.node = face;
+    contact.share = {1, 0, 0};
+    contacts.push_back(contact);
+  }
+  const auto update = [&](std::size_t count) {
+    return patch.update(rig.step->x(), rig.bodies.X_WB[0], {}, std::span(contacts).first(count));
+  };
+  BOOST_TEST(update(4));
+  BOOST_TEST(patch.nodes().size() < most);
+  BOOST_TEST(!update(4));
+  BOOST_TEST(update(contacts.size()));
+  BOOST_TEST(patch.nodes().size() == most);
+  BOOST_TEST(!update(contacts.size()));
 }
 
 BOOST_AUTO_TEST_CASE(spread_nodes_are_free_and_each_the_farthest_from_those_before) {
