@@ -104,7 +104,7 @@ HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& 
               1 / std::min(parts.rate, params.rate), context.torque),
       cutoff_Hz_(cutoff(params.velocity_departure, noise_of(parts.resolution * params.workspace_scale), parts.rate)),
       age_(std::make_unique<LatencyHistogram>()),
-      path_(context.duration.seconds() * params.rate + 2) {
+      path_(context.duration, params.rate) {
   const AxisLimits limits = with(parts.limits, params.stuck_after);
   check(limits);
   TACTOR_DEMAND(limits.pose == (parts.kinematics == nullptr));

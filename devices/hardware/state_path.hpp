@@ -12,10 +12,12 @@ namespace tactor {
 /// States in the order of their times, within the room made for them.
 class StatePath {
  public:
-  /// Room for `samples`, or for half an hour at 1 kHz where that is less.
-  explicit StatePath(double samples) {
+  /// Room for `run` at `rate` Hz, or for half an hour at 1 kHz if that is less. None if the run goes on until it is
+  /// stopped, because no reference run follows it.
+  StatePath(Duration run, double rate) {
     constexpr double most = 2e6;
-    samples_.resize(static_cast<std::size_t>(std::min(samples, most)));
+    if (run == until_stopped) return;
+    samples_.resize(static_cast<std::size_t>(std::min(run.seconds() * rate + 2, most)));
     samples_.clear();
   }
   /// Adds a sample that is later than the newest, where there is room. Allocates nothing.

@@ -142,7 +142,8 @@ SimulatedDevice::SimulatedDevice(const Params& params, const NodeContext& contex
   const bool turns = params.grip_stiffness_angle > 0 || params.grip_damping_angle > 0;
   check_gripped("grip_stiffness_angle", "hand_inertia", "kg m^2", turns, params.hand_inertia, least_gripped_inertia);
   check_gripped("grip_stiffness_angle", "inertia", "kg m^2", turns, params.inertia, least_gripped_inertia);
-  if (params_.loop == Loop::closed) {
+  // No reference run follows a run that goes on until it is stopped.
+  if (params_.loop == Loop::closed && context.duration != until_stopped) {
     const double samples = context.duration.seconds() * params_.rate + 2;
     // Written once, so that the loop of a device faults no page in where memory is not locked.
     path_.resize(static_cast<std::size_t>(std::min(samples, max_path_samples)));
@@ -221,6 +222,7 @@ void SimulatedDevice::move_handle(Time now, const MotionState& to) {
 }
 
 void SimulatedDevice::keep_on_path(Time now) {
+  if (path_.capacity() == 0) return;
   if (path_.size() < path_.capacity()) {
     path_.push_back({now, motion_});
   } else {

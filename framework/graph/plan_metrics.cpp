@@ -4,7 +4,7 @@ namespace tactor {
 
 NodeMetrics node_metrics(const Plan& plan, std::size_t node, bool reference) {
   const NodeSpec& spec = plan.nodes[node];
-  MetricUse use{plan.torque, reference, {}};
+  MetricUse use{plan.torque, reference, plan.graph.duration != until_stopped, {}};
   for (const PlannedEdge& edge : plan.edges) {
     if (edge.to == node) use.inputs.push_back(spec.info->inputs[edge.input].name);
   }

@@ -33,6 +33,11 @@ Json number(const std::string& unit) {
 Json above_zero(const std::string& unit) {
   return number(unit, 0, INFINITY, true);
 }
+Json run_duration() {
+  Json schema = above_zero("s");
+  schema["anyOf"].push_back(Json{{"const", std::string(until_stopped_text)}});
+  return schema;
+}
 Json not_negative(const std::string& unit) {
   return number(unit, 0, INFINITY, false);
 }
@@ -399,7 +404,10 @@ std::string graph_schema(Registry& registry) {
              bind_schema())},
        {"clock", said("`virtual` is deterministic; `real` drives devices in wall time", {{"enum", {"virtual", "real"}}},
                       "virtual")},
-       {"duration", said("time of the graph's clock to run; required where nothing is extended", above_zero("s"))},
+       {"duration",
+        said("time of the graph's clock to run, or `until stopped` with `clock: real`; required where nothing is "
+             "extended",
+             run_duration())},
        {"seed", said("every random stream derives from it", {{"type", "integer"}, {"minimum", 0}}, GraphSpec{}.seed)},
        {"rate",
         said("how often the haptic loop runs", number("Hz", lowest_rate, highest_rate, false), default_haptic_rate)},

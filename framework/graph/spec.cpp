@@ -268,6 +268,18 @@ std::string overlays_of_title(const Tree& title, const fs::path& graph, const Ov
   return names;
 }
 
+/// A time, or until_stopped, which no virtual clock can reach.
+Duration read_run_duration(const Tree& tree, Clock clock, Diagnostics& diagnostics) {
+  if (!tree.is_scalar() || tree.text != until_stopped_text) {
+    return read_duration(tree, "duration", true, diagnostics).value_or(Duration{});
+  }
+  if (clock == Clock::virtual_) {
+    diagnostics.error(tree.place, "duration: expected a time (s) with clock: virtual, found " + describe(tree) +
+                                      "; only clock: real can run until it is stopped");
+  }
+  return until_stopped;
+}
+
 }  // namespace
 
 GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& overrides) {
@@ -300,7 +312,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
     if (read_choice(*clock, "clock", {"virtual", "real"}, diagnostics) == "real") spec.clock = Clock::real;
   }
   if (const Tree* duration = tree->value("duration")) {
-    spec.duration = read_duration(*duration, "duration", true, diagnostics).value_or(Duration{});
+    spec.duration = read_run_duration(*duration, spec.clock, diagnostics);
   } else {
     diagnostics.error(tree->place, "expected the key duration, found none");
   }
@@ -320,6 +332,12 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
     }
     if (const Tree* record = tree->value("record")) {
       spec.record = read_record(*record, spec.nodes, broken, diagnostics);
+      if (spec.duration == until_stopped && !spec.record.empty()) {
+        diagnostics.error(record->place,
+                          "record: expected no output with duration: until stopped, because the recording would grow "
+                          "until the disk is full, found " +
+                              list_of(spec.record) + "; write record: [], or give a duration");
+      }
     }
   } else {
     diagnostics.error(tree->place, "expected the key nodes, found none");

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "framework/core/scene.hpp"
@@ -20,6 +21,9 @@ namespace tactor {
 
 /// A graph cannot be used: an error of its file, or of one that it names.
 using GraphError = YamlError;
+
+/// How graphs write the duration `until_stopped`.
+inline constexpr std::string_view until_stopped_text = "until stopped";
 
 /// What drives a run.
 enum class Clock : std::uint8_t {
@@ -85,7 +89,7 @@ struct GraphSpec {
   std::string title;  ///< one line of prose, or empty
   std::filesystem::path file;
   Clock clock = Clock::virtual_;
-  Duration duration;
+  Duration duration;  ///< above 0; `until_stopped` with clock: real alone, and without `record`
   std::uint64_t seed = 1;
   double rate = default_haptic_rate;  ///< Hz, of the haptic loop; its nodes have it as their parameter `rate`
   LiveSettings live;

@@ -23,6 +23,7 @@ std::string queue_text(const Queue& queue) {
 }
 
 std::string duration_text(Duration duration) {
+  if (duration == until_stopped) return std::string(until_stopped_text);
   const auto of = [&](std::int64_t unit, const char* name) {
     return number_text(static_cast<double>(duration.ns) / static_cast<double>(unit)) + " " + name;
   };

@@ -11,7 +11,7 @@ namespace tactor {
 std::string queue_text(const Queue& queue);
 /// `none`, `5 ms`, `6 ms + 0.5 ms a contact, jitter 10 %`.
 std::string cost_text(const CostModel& cost);
-/// `5 ms`, `10 s`.
+/// `5 ms`, `10 s`, `until stopped`.
 std::string duration_text(Duration duration);
 /// `6 degrees of freedom`, `translation-only`, `nothing moves`.
 std::string motion_text(const Scene& scene);

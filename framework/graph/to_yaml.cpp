@@ -177,7 +177,8 @@ std::string to_yaml(const GraphSpec& spec) {
   std::string text = "format: " + std::to_string(file_format) + "\n";
   if (!spec.title.empty()) text += "title: " + yaml_quoted(spec.title) + "\n";
   text += std::string("clock: ") + (spec.clock == Clock::real ? "real" : "virtual") + "\n";
-  text += "duration: " + seconds(spec.duration) + "\n";
+  text +=
+      "duration: " + (spec.duration == until_stopped ? duration_text(spec.duration) : seconds(spec.duration)) + "\n";
   text += "seed: " + std::to_string(spec.seed) + "\n";
   text += "rate: " + number_text(spec.rate) + "\n";
   text += "live:\n" + lines(written_fields(spec.live), "  ");

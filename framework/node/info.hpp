@@ -185,6 +185,7 @@ std::string_view name_of(Better better);
 struct MetricUse {
   bool torque = true;                    ///< the tool of the scene turns
   bool reference = true;                 ///< the run is compared with its reference run
+  bool whole = true;                     ///< the run has an end of its own, so a node may keep all of it
   std::vector<std::string_view> inputs;  ///< the connected inputs
   [[nodiscard]] bool is_fed(std::string_view input) const {
     return std::find(inputs.begin(), inputs.end(), input) != inputs.end();

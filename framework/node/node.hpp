@@ -29,13 +29,17 @@ struct LimitedParameter {
   std::string note;       ///< the note that says so
 };
 
+/// The duration of a run that goes on until somebody stops it: longer than any time that a file can name. Such a run is
+/// live, so a node must not keep something of each step for its end.
+inline constexpr Duration until_stopped{2'000'000'000'000'000'000};
+
 /// What a node may know when it is made or checked.
 struct NodeContext {
   std::string name;                ///< its name in the graph
   const Scene* scene;              ///< never null; outlives the node
   bool torque = true;              ///< false: the scene is translation-only, torques are neither computed nor sent
   std::uint64_t seed = 0;          ///< for its random streams, derived from the run's seed and its name
-  Duration duration;               ///< of the run
+  Duration duration;               ///< of the run; until_stopped: it has no end of its own
   bool foreign_physics = false;    ///< an edge leads here from dynamics of another law than the scene's
   bool in_loop = false;            ///< it steps in a loop of the real-time lane, which may miss ticks
   bool wall_clock = false;         ///< the run goes by the machine's clock, so measured times may decide

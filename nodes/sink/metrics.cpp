@@ -27,6 +27,9 @@ constexpr double rough_hz = 30;
 /// little late is followed by one in time, a few microseconds after it.
 constexpr std::size_t rate_intervals = 10;
 
+/// Of a run until stopped.
+constexpr Duration newest_kept{60'000'000'000};
+
 constexpr Time never{std::numeric_limits<std::int64_t>::max()};
 
 double median(std::vector<double> x) {
@@ -59,7 +62,8 @@ Wrench force_at(std::span<const Stamped<Wrench>> samples, Time t, std::size_t& c
 
 }  // namespace
 
-Metrics::Metrics(const Params& params, const NodeContext& context) : params_(params), torque_(context.torque) {
+Metrics::Metrics(const Params& params, const NodeContext& context)
+    : params_(params), torque_(context.torque), whole_(context.duration != until_stopped) {
   if (params.rest > context.duration && context.duration.ns > 0) {
     throw ValueError("rest", "rest: expected at most the duration, " + std::to_string(context.duration.seconds()) +
                                  " s, found " + std::to_string(params.rest.seconds()) + " s");
@@ -67,7 +71,8 @@ Metrics::Metrics(const Params& params, const NodeContext& context) : params_(par
   if (const Body* tool = context.scene->tool()) mass_ = tool->mass;
   gravity_W_ = context.scene->gravity_W;
   // Room for ten minutes of a 1 kHz device and 250 Hz physics; longer runs and faster ones make the vectors grow.
-  const auto ms = static_cast<std::size_t>(std::clamp(context.duration.milliseconds(), 0.0, 6e5)) + 64;
+  const Duration longest = whole_ ? context.duration : newest_kept * 2;
+  const auto ms = static_cast<std::size_t>(std::clamp(longest.milliseconds(), 0.0, 6e5)) + 64;
   commands_.reserve(ms);
   positions_.reserve(ms);
   forces_.reserve(ms / 4);
@@ -76,9 +81,12 @@ Metrics::Metrics(const Params& params, const NodeContext& context) : params_(par
   tools_.reserve(ms / 4);
 }
 
-void Metrics::step(StepContext&) {
+void Metrics::step(StepContext& context) {
   drain(new_commanded_, commanded, [this](const auto& m) { commands_.push_back(m); });
-  drain(new_force_, force, [this](const auto& m) { forces_.push_back(m); });
+  drain(new_force_, force, [this](const auto& m) {
+    forces_.push_back(m);
+    ++physics_steps_;
+  });
   drain(new_forecast_, forecast, [this](const auto& m) { forecasts_.push_back(m); });
   drain(new_state_, state, [this](const auto& m) {
     contacts_.push_back({m.stamp.produced, m.stamp.valid, m.value.contacts});
@@ -86,6 +94,24 @@ void Metrics::step(StepContext&) {
   });
   drain(new_device_, device, [this](const auto& m) { positions_.push_back({m.stamp.valid, m.value.X_WD}); });
   drain(new_truth_, true_device, [this](const auto& m) { true_positions_.push_back({m.stamp.valid, m.value.X_WD}); });
+  if (!whole_ && context.now() - kept_from_ >= newest_kept * 2) forget(context.now());
+}
+
+void Metrics::forget(Time now) {
+  kept_from_ = now - newest_kept;
+  const auto take_out = [this](auto& samples, auto valid_of) {
+    const auto old = [&](const auto& sample) { return valid_of(sample) < kept_from_; };
+    samples.erase(samples.begin(), std::find_if_not(samples.begin(), samples.end(), old));
+  };
+  const auto stamped = [](const auto& sample) { return sample.stamp.valid; };
+  const auto plain = [](const auto& sample) { return sample.valid; };
+  take_out(commands_, stamped);
+  take_out(forces_, stamped);
+  take_out(forecasts_, stamped);
+  take_out(contacts_, plain);
+  take_out(tools_, plain);
+  take_out(positions_, plain);
+  take_out(true_positions_, plain);
 }
 
 void Metrics::report(Report& report) const {
@@ -100,6 +126,8 @@ void Metrics::report(Report& report) const {
   if (torque_) report_physics_error(report, torque_part());
   report_contacts(report);
   report_displacement(report);
+  // Energy is a balance from the start on.
+  if (!whole_) return;
   report_stability(report);
   report_port(report);
 }
@@ -193,7 +221,7 @@ void Metrics::report_one_step(Report& report, const Part& part, bool series) con
 }
 
 Time Metrics::begin_of(const Report& report) const {
-  return report.judged_from() + params_.settle;
+  return std::max(report.judged_from() + params_.settle, kept_from_);
 }
 
 void Metrics::report_interval(Report& report) const {
@@ -204,6 +232,7 @@ void Metrics::report_interval(Report& report) const {
 }
 
 void Metrics::report_cold_start(Report& report) const {
+  if (!whole_) return;
   const Time from = Time{} + params_.settle;
   const Time until = report.judged_from();
   const OneStep errors = one_step(force_part(), from, until);
@@ -231,7 +260,7 @@ void Metrics::report_physics(Report& report) const {
     rate.value.push_back(static_cast<double>(intervals) / time);
     if (stamp.valid >= begin_of(report)) settled_rates.push_back(rate.value.back());
   }
-  report.set("physics.steps", static_cast<double>(forces_.size()));
+  report.set("physics.steps", static_cast<double>(physics_steps_));
   if (!settled_rates.empty()) {
     const auto [low, high] = std::minmax_element(settled_rates.begin(), settled_rates.end());
     report.set("physics.rate_hz_min", *low);

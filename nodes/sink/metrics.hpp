@@ -1,6 +1,7 @@
 // The judge of a run: what the device was told to display against what an ideal run would have displayed.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "framework/core/messages.hpp"
@@ -10,7 +11,9 @@
 
 namespace tactor {
 
-/// sink.metrics: stores what arrives while the run goes on and computes its metrics afterwards (see declare()).
+/// sink.metrics: stores what arrives while the run goes on and computes its metrics afterwards (see declare()). Of a
+/// run until stopped it stores the newest minute, and up to two: its memory does not grow, and the judged interval lies
+/// there.
 class Metrics final : public Node {
  public:
   struct Params {
@@ -77,7 +80,9 @@ class Metrics final : public Node {
   [[nodiscard]] Part torque_part() const {
     return {"torque", "Nm", &Wrench::torque, params_.jnd_torque, params_.loss_torque};
   }
-  /// When the judged interval begins: all nodes are warm, and `settle` has passed since.
+  /// Takes out what is older than the newest minute, once that makes two.
+  void forget(Time now);
+  /// When the judged interval begins: all nodes are warm, `settle` has passed since, and nothing later was forgotten.
   [[nodiscard]] Time begin_of(const Report& report) const;
   /// Of commands in [from, until), none after the reference run's end.
   [[nodiscard]] Delivered delivered(const Part& part, Time from, Time until) const;
@@ -96,6 +101,9 @@ class Metrics final : public Node {
 
   Params params_;
   bool torque_;
+  bool whole_;      // the run has an end of its own
+  Time kept_from_;  // what is older has been forgotten
+  std::uint64_t physics_steps_ = 0;
   double mass_ = 0;  // kg, of the tool
   Vec3 gravity_W_;   // m/s^2
   NewMessages<Wrench> new_commanded_;

@@ -16,6 +16,9 @@ constexpr const char* too_short = "fewer than three commands come in the judged 
 std::string without_reference(const MetricUse& use) {
   return use.reference ? "" : "no reference run is made";
 }
+std::string without_whole(const MetricUse& use) {
+  return use.whole ? "" : "the run goes on until it is stopped, so only its end is kept";
+}
 std::string without_torque(const MetricUse& use) {
   return use.torque ? "" : "the scene is translation-only";
 }
@@ -182,11 +185,15 @@ void declare_metrics(Declare<Metrics>& node) {
       .metric("cold_start.delivered.force.rms_error_N", "N",
               "RMS error against the reference from `settle` until all nodes are warm", Better::lower)
       .missing_where(never_cold)
-      .left_out_when([](const Metrics::Params&, const MetricUse& use) { return without_reference(use); })
+      .left_out_when([](const Metrics::Params&, const MetricUse& use) {
+        return use.whole ? without_reference(use) : without_whole(use);
+      })
       .metric("cold_start.one_step.force.rms_error_N", "N",
               "RMS error of the first step predicted from `settle` until all nodes are warm", Better::lower)
       .missing_where(never_cold)
-      .left_out_when([](const Metrics::Params&, const MetricUse& use) { return without_input(use, "forecast"); });
+      .left_out_when([](const Metrics::Params&, const MetricUse& use) {
+        return use.whole ? without_input(use, "forecast") : without_whole(use);
+      });
   const char* const no_rate = "fewer than two physics results come, or none in the judged interval";
   node.metric("physics.steps", "1", "physics results", Better::neither)
       .metric("physics.rate_hz_min", "Hz", "lowest rate of the physics over ten intervals", Better::neither)
@@ -204,6 +211,7 @@ void declare_metrics(Declare<Metrics>& node) {
       .missing_where(no_state)
       .left_out_when(without_state);
   const auto unwatched = [](const Metrics::Params&, const MetricUse& use) {
+    if (!use.whole) return without_whole(use);
     return use.is_fed("state") ? string() : without_input(use, "device");
   };
   const auto without_rest = [unwatched](const Metrics::Params& params, const MetricUse& use) {
@@ -229,6 +237,7 @@ void declare_metrics(Declare<Metrics>& node) {
       .missing_where(unseen)
       .left_out_when(without_rest);
   const auto no_port = [](const Metrics::Params&, const MetricUse& use) {
+    if (!use.whole) return without_whole(use);
     return use.is_fed("truth") ? string() : without_input(use, "device");
   };
   const char* const few = "fewer than two samples of the handle come";
@@ -279,7 +288,8 @@ NodeInfo Metrics::declare() {
           "time the motors had given more net energy at the port (commanded wrench by the displacement of the handle, "
           "less the weight's part) than max |F| D + max |F . dx|, where D is a step of the encoder and dx the "
           "displacement of a tick. The displacement is the handle's true one if `truth` is connected. Without a "
-          "reference, the metrics that need one are left out.")
+          "reference, the metrics that need one are left out. A run until stopped is judged over its last one to two "
+          "minutes, without its energy and without a reference.")
       .input("commanded", &Metrics::commanded,
              {.doc = "the wrench that the device should display, at its rate",
               .trigger = Trigger::yes,

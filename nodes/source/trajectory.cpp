@@ -111,8 +111,9 @@ Path make_path(const TrajectorySource::Params& params, const std::string& name) 
 /// At even times, and at every way-point unless they are too many to be far apart.
 HandPath hand_path(const TrajectorySource::Params& params, const NodeContext& context) {
   constexpr std::size_t steps = 2000;
-  const double end = context.duration.seconds();
   const TrajectorySource source(params, context);
+  // Without an end of the run, one pass along the way-points shows the whole motion.
+  const double end = context.duration == until_stopped ? source.path().points().back().t : context.duration.seconds();
   std::vector<double> times;
   for (std::size_t i = 0; i <= steps; ++i) times.push_back(end * static_cast<double>(i) / steps);
   if (source.path().points().size() <= steps) {
