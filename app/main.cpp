@@ -28,10 +28,10 @@ int main(int argc, char** argv) {
   try {
     return with_all_printed(tactor::run_command(argc, argv));
   } catch (const tactor::InputError& error) {
-    tactor::tell(std::string(error.what()) + "\n");
+    tactor::tell(std::string(error.what()) + "\n", tactor::LogLevel::error);
     return 2;
   } catch (const std::exception& error) {
-    tactor::tell_note(error.what());
+    tactor::tell_failure(error.what());
     return 1;
   }
 }

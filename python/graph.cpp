@@ -3,6 +3,7 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <limits>
 #include <string_view>
 
 #include "framework/core/message_json.hpp"
@@ -166,7 +167,12 @@ void bind_graph(py::module_& module) {
       .def_property_readonly("clock",
                              [](const Graph& graph) { return graph.spec().clock == Clock::real ? "real" : "virtual"; })
       .def_property_readonly("seed", [](const Graph& graph) { return graph.spec().seed; })
-      .def_property_readonly("duration", [](const Graph& graph) { return graph.spec().duration.seconds(); })
+      .def_property_readonly("duration",
+                             [](const Graph& graph) {
+                               const Duration planned = graph.spec().duration;
+                               return planned == until_stopped ? std::numeric_limits<double>::infinity()
+                                                               : planned.seconds();
+                             })
       .def_property_readonly("nodes", nodes_of)
       .def_property_readonly("inputs", inputs_of)
       .def_property_readonly("outputs", outputs_of)

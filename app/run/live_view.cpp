@@ -117,8 +117,10 @@ std::string pipeline_text(const Plan& plan, const EngineStatus& before, const Li
 std::string live_block(const Plan& plan, const EngineStatus& before, const LiveLook& look) {
   const EngineStatus& now = look.status;
   const bool blind = experiment_of(plan).has_value();
-  std::string out = fmt::format("  {}  {:.1f} of {} s  {}\n", plan.graph.name, std::max(0.0, now.now.seconds()),
-                                pretty(plan.graph.duration.seconds()), phase_text(now));
+  const Duration planned = plan.graph.duration;
+  std::string out =
+      fmt::format("  {}  {:.1f} {}  {}\n", plan.graph.name, std::max(0.0, now.now.seconds()),
+                  planned == until_stopped ? "s" : "of " + pretty(planned.seconds()) + " s", phase_text(now));
   for (std::size_t i = 0; i < now.devices.size(); ++i) {
     const DeviceStatus& d = now.devices[i];
     out += fmt::format("\n  {:<20} {}\n", plan.nodes[d.node].name, look.safety[i] ? safety_text(*look.safety[i]) : "");

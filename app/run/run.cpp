@@ -298,7 +298,9 @@ void run_to_end(Session& session, const std::function<void()>& drive, Follower* 
       question.attend(result);
     });
   });
-  result.interrupted = result.interrupted || options.stop_asked();
+  // A run until stopped that is stopped has come to its end.
+  const bool ends_itself = session.plan().graph.duration != until_stopped;
+  result.interrupted = ends_itself && (result.interrupted || options.stop_asked());
   if (!result.failure) result.failure = session.failure();
 }
 
@@ -379,6 +381,11 @@ std::string first_difference(const RunResult& a, const RunResult& b) {
 }
 
 RunResult execute(const Plan& plan, const RunOptions& options) {
+  if (plan.graph.duration == until_stopped && !options.without_reference) {
+    RunOptions alone = options;
+    alone.without_reference = true;
+    return execute(plan, alone);
+  }
   RunResult result;
   result.graph = plan.graph.name;
   result.title = plan.graph.title;
@@ -389,7 +396,8 @@ RunResult execute(const Plan& plan, const RunOptions& options) {
   result.blind = experiment_of(plan).has_value();
   result.devices = static_cast<std::size_t>(
       std::count_if(plan.nodes.begin(), plan.nodes.end(), [](const NodeSpec& node) { return node.info->actuator; }));
-  result.planned_s = plan.graph.duration.seconds();
+  const bool ends_itself = plan.graph.duration != until_stopped;
+  result.planned_s = ends_itself ? plan.graph.duration.seconds() : std::numeric_limits<double>::infinity();
   // A recording that cannot judge the run is bad input, which is said before it begins. It judges no live run.
   std::optional<Reference> recorded;
   if (options.reference_recording) recorded = recorded_reference(*options.reference_recording, plan);

@@ -54,7 +54,7 @@ struct RunResult {
   std::string title;
   std::uint64_t seed = 0;
   double duration_s = 0;  ///< time of the graph's clock that was run
-  double planned_s = 0;   ///< and that the graph asked for
+  double planned_s = 0;   ///< and that the graph asked for; infinite: until it is stopped
   double wall_s = 0;      ///< of the run alone, without its reference
   double cpu_s = 0;
   double peak_memory_MB = 0;                ///< of the process so far
@@ -117,12 +117,13 @@ struct RunOptions {
   /// From when on the run is judged, as find_warmth has it for all runs that it is compared with; a run that is not
   /// warm by then fails. Absent: from when its own nodes are warm, or all of it where one of them never is.
   std::optional<Time> judge_from;
-  bool judge_whole = false;        ///< the run is judged from its start, warm or not
-  bool without_reference = false;  ///< no reference run: the metrics that need one are left out
-  bool traces = false;             ///< the result has what a page shows of its devices
-  bool keeps_step_times = false;   ///< the result has what each step took
-  bool keeps_tables = false;       ///< nodes may write files of their own (see SessionOptions)
-  Ask without_dead_man;            ///< see EngineOptions::without_dead_man
+  bool judge_whole = false;  ///< the run is judged from its start, warm or not
+  /// No reference run: the metrics that need one are left out. As in every run until stopped.
+  bool without_reference = false;
+  bool traces = false;            ///< the result has what a page shows of its devices
+  bool keeps_step_times = false;  ///< the result has what each step took
+  bool keeps_tables = false;      ///< nodes may write files of their own (see SessionOptions)
+  Ask without_dead_man;           ///< see EngineOptions::without_dead_man
   /// Called before the run for each thing that the nodes say of their input and that nothing stops for.
   std::function<void(const std::string& note)> note;
   /// Called once before anything is written, when nothing of the input can be refused any more.

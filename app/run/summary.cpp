@@ -54,7 +54,7 @@ Json to_json(const RunResult& result) {
   json["seed"] = result.seed;
   json["duration_s"] = result.duration_s;
   json["clock"] = result.live ? "real" : "virtual";
-  json["planned_s"] = result.planned_s;
+  json["planned_s"] = number_json(result.planned_s);
   json["interrupted"] = result.interrupted;
   json["reference_interrupted"] = result.reference_interrupted;
   if (result.failure) json["failure"] = *result.failure;

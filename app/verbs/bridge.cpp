@@ -28,7 +28,7 @@ struct BridgeArguments {
   GraphOptions options;
   BridgeAddress address;
   ResultsRequest results;
-  bool all = false;          // print every metric
+  RunTelling telling;
   bool no_dead_man = false;  // hardware gives a force though no button stops it
 };
 
@@ -45,14 +45,14 @@ int run_bridge(const BridgeArguments& arguments) {
   options.without_dead_man = ask_without_dead_man(arguments.no_dead_man);
   options.driver = [&](Session& session) {
     const auto run = std::make_shared<BridgeRun>(server, session, figures);
-    fmt::print("  {}\n  Ctrl-C ends it\n", server.url());
-    std::fflush(stdout);
+    fmt::print(arguments.telling.out(), "  {}\n  Ctrl-C ends it\n", server.url());
+    std::fflush(arguments.telling.out());
     return [run] { run->attend(); };
   };
-  const RunResult result = run_into_folder(plan, results, options, arguments.all);
+  const RunResult result = run_into_folder(plan, results, options, arguments.telling);
   server.close("the run is over");
   write_file(results.path() / "bridge.json", bridge_json(figures));
-  fmt::print("{}\n", bridge_text(figures));
+  fmt::print(arguments.telling.out(), "{}\n", bridge_text(figures));
   return exit_code_of(result);
 }
 
@@ -77,7 +77,7 @@ void add_bridge(CLI::App& app, int& exit_code) {
       ->type_name(value_type::name);
   add_results(*verb, arguments->results,
               "Folder for the results (default: out/NAME, or the first of out/NAME_2, out/NAME_3, ... that is free)");
-  verb->add_flag("--all", arguments->all, "Print every metric, and the time that each node took");
+  arguments->telling.add_to(*verb, "Print every metric, and the time that each node took");
   add_no_dead_man(*verb, arguments->no_dead_man);
   verb->callback([arguments, &exit_code] { exit_code = run_bridge(*arguments); });
 }

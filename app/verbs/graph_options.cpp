@@ -31,8 +31,11 @@ void GraphOptions::add_to(CLI::App& verb, bool with_seed) {
       return option_patch("--seed", "seed", std::to_string(option_seed("--seed", text)));
     });
   }
-  add("--duration", "TIME", "How long to run, in time of the graph's clock, such as `3 s` (default: the graph's)",
+  add("--duration", "TIME",
+      "How long to run, in time of the graph's clock, such as `3 s`, or with clock: real `until stopped` (default: the "
+      "graph's)",
       [](const std::string& text) {
+        if (text == until_stopped_text) return option_patch("--duration", "duration", text);
         return option_patch("--duration", "duration", number_text(option_duration("--duration", text)));
       });
 }

@@ -66,11 +66,11 @@ void PageOptions::add_to(CLI::App& verb, CLI::Option* needed) {
   closed->needs(needed);
 }
 
-void show_page(const PageOptions& options, const std::string& url, const std::string& foxglove) {
-  fmt::print("  {}\n", url);
-  if (!foxglove.empty()) fmt::print("  {} for Foxglove: Open connection, Foxglove WebSocket\n", foxglove);
-  fmt::print("  Ctrl-C ends it\n");
-  std::fflush(stdout);
+void show_page(const PageOptions& options, const std::string& url, const std::string& foxglove, std::FILE* out) {
+  fmt::print(out, "  {}\n", url);
+  if (!foxglove.empty()) fmt::print(out, "  {} for Foxglove: Open connection, Foxglove WebSocket\n", foxglove);
+  fmt::print(out, "  Ctrl-C ends it\n");
+  std::fflush(out);
   if (!options.no_open) open_in_browser(url);
 }
 

@@ -1,6 +1,7 @@
 // Options of the verbs that open a page in the browser.
 #pragma once
 
+#include <cstdio>
 #include <string>
 
 #include "app/view/view_server.hpp"
@@ -22,8 +23,9 @@ struct PageOptions {
   void add_to(CLI::App& verb, CLI::Option* needed = nullptr);
 };
 
-/// Prints the address of a page and opens it with the program that the desktop has for it, where there is a desktop.
-/// `foxglove`: what a Foxglove viewer connects to, or empty.
-void show_page(const PageOptions& options, const std::string& url, const std::string& foxglove);
+/// Prints the address of a page to `out` and opens it with the program that the desktop has for it, where there is a
+/// desktop. `foxglove`: what a Foxglove viewer connects to, or empty.
+void show_page(const PageOptions& options, const std::string& url, const std::string& foxglove,
+               std::FILE* out = stdout);
 
 }  // namespace tactor

@@ -26,7 +26,7 @@ struct RunArguments {
   fs::path graph;
   GraphOptions options;
   ResultsRequest results;
-  bool all = false;                   // print every metric
+  RunTelling telling;
   bool follow = false;                // let a reference follow the run
   std::optional<fs::path> reference;  // a recording that judges the run
   std::optional<fs::path> costs;      // where to write what the steps took
@@ -35,9 +35,19 @@ struct RunArguments {
   PageOptions page;
 };
 
+/// Of a run until stopped nothing is kept that grows with it.
+void refuse_to_keep_all(const RunArguments& arguments, const Plan& plan) {
+  if (plan.graph.duration != until_stopped) return;
+  const char* option = arguments.costs ? "--record-costs" : arguments.follow ? "--follow" : nullptr;
+  if (option == nullptr) return;
+  throw InputError(plan.graph.place_of("duration").text() + ": duration: expected a time (s) with " + option +
+                   ", which keeps something of the whole run, found " + std::string(until_stopped_text));
+}
+
 int run_graph(const RunArguments& arguments) {
   Registry registry(default_node_folders());
   const Plan plan = make_plan(load(arguments.graph, registry, arguments.options));
+  refuse_to_keep_all(arguments, plan);
   const ResultsFolder results(fs::path("out") / plan.graph.name, arguments.results);
   results.refuse_to_replace(plan.graph.file);
   std::optional<CostTraces> costs;
@@ -57,11 +67,13 @@ int run_graph(const RunArguments& arguments) {
   if (arguments.view) {
     shown = std::make_unique<RunView>(
         plan, arguments.page.ports,
-        [&arguments](const std::string& url, const std::string& foxglove) { show_page(arguments.page, url, foxglove); },
+        [&arguments](const std::string& url, const std::string& foxglove) {
+          show_page(arguments.page, url, foxglove, arguments.telling.out());
+        },
         is_interrupted);
     run_options.watcher = shown.get();
   }
-  const RunResult result = run_into_folder(plan, results, run_options, arguments.all);
+  const RunResult result = run_into_folder(plan, results, run_options, arguments.telling);
   if (costs) costs->write(result);
   return exit_code_of(result);
 }
@@ -76,8 +88,7 @@ void add_run(CLI::App& app, int& exit_code) {
   arguments->options.add_to(*verb, true);
   add_results(*verb, arguments->results,
               "Folder for the results (default: out/NAME, or the first of out/NAME_2, out/NAME_3, ... that is free)");
-  verb->add_flag("--all", arguments->all,
-                 "Print every metric, and the time that each node took; not for a blind experiment");
+  arguments->telling.add_to(*verb, "Print every metric, and the time that each node took; not for a blind experiment");
   verb->add_option("--record-costs", arguments->costs,
                    "A new folder for the times of all steps outside the real-time lane: one file NODE.csv per node, "
                    "which `cost: {trace: NODE.csv}` reads")

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -10,11 +11,13 @@
 #include "app/output.hpp"
 #include "app/progress_bar.hpp"
 #include "app/report/run_report.hpp"
+#include "app/run/event_log.hpp"
 #include "app/run/headline.hpp"
 #include "app/run/live.hpp"
 #include "app/run/live_view.hpp"
 #include "app/run/summary.hpp"
 #include "app/terminal.hpp"
+#include "app/verbs/value_types.hpp"
 #include "framework/core/user_folders.hpp"
 
 namespace tactor {
@@ -23,26 +26,48 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void write_results(const fs::path& folder, const Plan& plan, const RunResult& result, bool all) {
+void write_results(const fs::path& folder, const Plan& plan, const RunResult& result, const RunTelling& telling) {
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
   if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
   write_file(folder / "report.html", run_report(result, &plan.graph.scene));
   // Last, because the terminal may have been closed.
+  const bool all = telling.all;
   const std::size_t columns = terminal_columns();
-  fmt::print("{}", headline_text(result, (folder / "report.html").string(), all, columns));
-  if (all && !result.blind) fmt::print("{}", summary_table(result, columns));
+  fmt::print(telling.out(), "{}", headline_text(result, (folder / "report.html").string(), all, columns));
+  if (all && !result.blind) fmt::print(telling.out(), "{}", summary_table(result, columns));
+}
+
+/// Tells the log of what is thrown, because nothing has run.
+RunResult execute_told(const Plan& plan, const RunOptions& options, EventLog& log) {
+  try {
+    return execute(plan, options);
+  } catch (const std::exception& error) {
+    log.write({LogLevel::error, EventKind::failed, "", {}, error.what()});
+    throw;
+  }
 }
 
 }  // namespace
 
-RunResult run_into_folder(const Plan& plan, const ResultsFolder& results, RunOptions options, bool all) {
+void RunTelling::add_to(CLI::App& verb, const std::string& about_all) {
+  verb.add_flag("--all", all, about_all);
+  verb.add_option(
+          "--log-json", log_json,
+          "A file that gets a JSON line for each event of the run, at its end: time, level, kind, node, message; "
+          "`-`: standard output, where it stands alone then")
+      ->type_name(value_type::file);
+}
+
+RunResult run_into_folder(const Plan& plan, const ResultsFolder& results, RunOptions options,
+                          const RunTelling& telling) {
+  EventLog log(telling.log_json);
   const fs::path& folder = results.path();
   options.recording = folder / "recording.h5";
   options.keeps_tables = true;
   options.traces = true;
   options.cache_folder = default_cache_folder();
-  options.note = tell_note;
+  options.note = [&log](const std::string& text) { log.tell({LogLevel::notice, EventKind::note, "", {}, text}); };
   options.before_writing = [&results] { results.clear(); };
   ProgressBar bar;
   options.progress = [&bar](double share, const char* what) {
@@ -50,27 +75,29 @@ RunResult run_into_folder(const Plan& plan, const ResultsFolder& results, RunOpt
     return !is_interrupted();
   };
   LiveView view(plan);
-  options.live_progress = [&view](const LiveLook& look) {
+  LiveEvents events(plan, log);
+  options.live_progress = [&view, &events](const LiveLook& look) {
     view.draw(look);
+    events.look(look);
     return true;
   };
   options.stop_asked = is_interrupted;
   if (plan.graph.clock == Clock::real) ramp_down_on_signals();
-  RunResult result = execute(plan, options);
+  RunResult result = execute_told(plan, options, log);
   view.clear();
   bar.clear();
-  if (result.failure) tell_note(*result.failure);
+  log.tell(last_event(plan, result));
   if (result.abandoned) {
     // A step that never came back still runs on its thread: nothing may be cleaned up under it.
     try {
-      write_results(folder, plan, result, all);
+      write_results(folder, plan, result, telling);
     } catch (const std::exception& error) {
-      tell_note(error.what());
+      tell_failure(error.what());
     }
     std::fflush(nullptr);
     std::_Exit(1);
   }
-  write_results(folder, plan, result, all);
+  write_results(folder, plan, result, telling);
   return result;
 }
 

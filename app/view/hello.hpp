@@ -15,7 +15,7 @@ namespace tactor {
 /// What `hello` says beside what the plan tells.
 struct HelloExtras {
   bool replay = false;
-  double duration = 0;                        ///< s
+  double duration = 0;                        ///< s; 0: until it is stopped
   std::optional<std::size_t> mouse;           ///< the node that a page leads, index into the plan
   Pose start;                                 ///< where the handle is at first
   std::map<std::string, std::string> values;  ///< of parameters that were changed, as text

@@ -49,7 +49,7 @@ SessionView::SessionView(Session& session, Follower* follower, Options options)
       taps_(session, follower, experiment_.has_value()),
       status_text_(session, follower, taps_, experiment_.has_value()) {
   const Plan& plan = session.plan();
-  extras_.duration = plan.graph.duration.seconds();
+  if (plan.graph.duration != until_stopped) extras_.duration = plan.graph.duration.seconds();
   extras_.mouse = node_index(plan, options_.mouse);
   extras_.start = options_.start;
   if (const auto methods = method_switch(plan)) method_parameter_ = methods->parameter;

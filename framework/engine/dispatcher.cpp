@@ -139,7 +139,7 @@ EngineStatus Dispatcher::status() const {
   for (std::size_t n = 0; n < states_.size(); ++n) {
     const NodeState& node = states_[n];
     if (phase_ == Phase::starting && node.awaited) status.waiting_for.push_back(plan_.nodes[n].name);
-    status.nodes.push_back({node.steps, node.missed_ticks, false});
+    status.nodes.push_back({node.steps, node.missed_ticks, false, false});
   }
   for (std::size_t e = 0; e < edges_.size(); ++e) status.edges.push_back({edge_statistics(e), {}});
   return status;

@@ -40,6 +40,7 @@ struct NodeStatus {
   std::uint64_t steps = 0;
   std::uint64_t missed_ticks = 0;
   bool stalled = false;  ///< live: its step has not come back for longer than the graph's stall_timeout
+  bool failed = false;   ///< live: its step has thrown
 };
 
 /// A node in the real-time lane. What nodes of one loop share is the same for each: all but `body_*` and `end_to_end`.

@@ -119,7 +119,9 @@ void DeviceNode::end_if_it_failed_for_long(Time now, DeviceHealth health) {
   const Duration failing = now - *failing_since_;
   if (failing < failure_timeout_ || !gate_.at_rest()) return;
   throw RunError("device " + name_ + " could not be " + (health == DeviceHealth::read_failed ? "read" : "written") +
-                 " for " + std::to_string(failing.seconds()) + " s: " + failure());
+                 " for " + std::to_string(failing.seconds()) + " s: " + failure() +
+                 "; its parameter failure_timeout (" + std::to_string(failure_timeout_.seconds()) +
+                 " s) says how long that may last");
 }
 
 void DeviceNode::step(StepContext& context) {

@@ -85,7 +85,7 @@ class Graph:
 
     @property
     def duration(self) -> float:
-        """Time of the graph's clock that a run takes, in s."""
+        """Time of the graph's clock that a run takes, in s; `math.inf`: until it is stopped."""
         return self._graph.duration
 
     @property

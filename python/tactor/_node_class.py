@@ -214,7 +214,7 @@ class Context:
     torque: bool
     """False in a scene that is translation-only: torques are neither computed nor sent."""
     duration_ns: int
-    """Of the run."""
+    """Of the run; 2 * 10**18 where it goes on until it is stopped."""
 
 
 class Step:

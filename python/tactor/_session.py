@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import atexit
+import math
 import os
 import sys
 import weakref
@@ -138,7 +139,11 @@ class Session:
         self._session.advance(time)
 
     def run(self) -> None:
-        """Advances to the run's end."""
+        """Advances to the run's end; with `duration: until stopped` until a thread of the program calls `stop`."""
+        if self.graph.duration == math.inf:
+            while self.running:
+                self.advance(3600.0)
+            return
         self.advance(self.graph.duration + 60.0 if self.live else self.graph.duration)
 
     def tap(self, output: str, queue: Optional[int] = None) -> Tap:

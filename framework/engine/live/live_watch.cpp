@@ -133,6 +133,7 @@ EngineStatus LiveEngine::counters() const {
   s.missing = missing_;
   for (std::size_t n = 0; n < nodes_.size(); ++n) {
     s.nodes[n].stalled = stalls_.stalled(n);
+    s.nodes[n].failed = steps_[n].failed;
     const RealtimeLane* const loop = loop_of(n);
     if (loop == nullptr) continue;
     const LoopStatistics& metrics = loop->loop().metrics();
