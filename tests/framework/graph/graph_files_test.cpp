@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "framework/graph/plan.hpp"
+#include "framework/yaml/yaml_values.hpp"
 #include "test_nodes.hpp"
 
 BOOST_AUTO_TEST_SUITE(graph_files_test)
@@ -87,6 +88,16 @@ BOOST_FIXTURE_TEST_CASE(values_reach_the_spec_in_si_units, Fixture) {
   BOOST_TEST_REQUIRE(rows.values.size() == expected.size());
   for (std::size_t i = 0; i < expected.size(); ++i) BOOST_TEST(std::abs(rows.values[i] - expected[i]) < 1e-17);
   BOOST_TEST((std::get<Mapping>(param(spec, "values", "names")) == Mapping{{"a", "x"}, {"b c", "y: z"}}));
+}
+
+BOOST_FIXTURE_TEST_CASE(a_live_graph_may_go_on_until_it_is_stopped, Fixture) {
+  const std::string text = "clock: real\nduration: until stopped\nnodes: {device: {type: test.motor}}\n";
+  const GraphSpec spec = load_graph(folder.write("endless.yaml", text), registry);
+  BOOST_TEST((spec.duration == until_stopped));
+  const GraphSpec again = load_graph(folder.write("again.yaml", to_yaml(spec)), registry);
+  BOOST_TEST((again.duration == until_stopped));
+  // No time of a file means the same.
+  BOOST_TEST((Duration::from_seconds(longest_time_s) < until_stopped));
 }
 
 BOOST_FIXTURE_TEST_CASE(bodies_reach_the_scene, Fixture) {

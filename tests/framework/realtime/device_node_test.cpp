@@ -420,7 +420,7 @@ BOOST_AUTO_TEST_CASE(a_device_that_fails_for_long_ends_the_run_after_zero_was_co
     BOOST_CHECK_EXCEPTION(device.step(context), RunError, [reading](const RunError& error) {
       const std::string text = error.what();
       return text.find("device arm could not be " + std::string(reading ? "read" : "written")) == 0 &&
-             text.find("the plug is out") != std::string::npos;
+             text.find("the plug is out; its parameter failure_timeout (0.05") != std::string::npos;
     });
     BOOST_TEST(device.writes == writes + 1);
     if (reading) BOOST_TEST(is_zero(device.taken));

@@ -1,4 +1,5 @@
 // The sink on constructed streams: every metric it reports is known beforehand.
+#include <algorithm>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
 #include <cstring>
@@ -218,6 +219,47 @@ BOOST_AUTO_TEST_CASE(no_torque_is_told_in_a_translation_only_scene) {
   const Report report = report_of(sink);
   for (const auto& [name, value] : report.metrics()) {
     BOOST_TEST(name.find("torque") == std::string::npos, name << " " << value);
+  }
+}
+
+BOOST_AUTO_TEST_CASE(a_run_until_stopped_keeps_as_much_after_ten_minutes_as_after_two) {
+  // Commands and states at 100 Hz, physics at 10 Hz. Samples go in blocks of a minute, so that the newest two stay.
+  const Queue queue{QueuePolicy::drop_oldest, 64};
+  for (const int minutes : {2, 10}) {
+    NodeContext endless = context();
+    endless.duration = until_stopped;
+    Metrics sink(params(), endless);
+    sink.commanded.configure(queue);
+    sink.force.configure(queue);
+    sink.state.configure(queue);
+    sink.device.configure(queue);
+    for (int i = 0; i < 6000 * minutes; ++i) {
+      const Stamp now = stamp_ms(10 * i, static_cast<std::uint64_t>(i));
+      const Wrench shown = truth(10 * i);
+      const DeviceState device{};
+      sink.commanded.push(now, &shown);
+      sink.device.push(now, &device);
+      if (i % 10 == 0) {
+        const PhysicsState state{};
+        sink.force.push(now, &shown);
+        sink.state.push(now, &state);
+      }
+      StepContext c(now.produced);
+      sink.step(c);
+    }
+    const Report report = report_of(sink);
+    std::map<std::string, std::size_t> kept;
+    for (const Series& s : report.series()) kept[s.name] = s.time.size();
+    BOOST_TEST(kept["commanded.norm"] == 12000U);
+    BOOST_TEST(kept["displacement"] == 12000U);
+    BOOST_TEST(kept["physics.x"] == 1200U);
+    BOOST_TEST(kept["contacts"] == 1200U);
+    auto f = metrics_of(report);
+    BOOST_TEST(f["physics.steps"] == 600.0 * minutes);
+    BOOST_TEST(f["judged.from_s"] == std::max(0.5, 60.0 * (minutes - 2)));
+    // An energy of which the begin is not known is not told.
+    for (const auto& [name, value] : f)
+      BOOST_TEST((!name.starts_with("stability.") && !name.starts_with("port.")), name);
   }
 }
 
