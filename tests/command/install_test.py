@@ -331,9 +331,10 @@ class Usb(Installed):
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         self.assertGreater(self.device_part()["ticks"], 0)
 
-    def test_the_rule_of_udev_lies_where_udev_looks_below_the_usual_prefixes(self):
+    def test_the_rule_of_udev_and_the_unit_of_systemd_lie_where_these_look_below_the_usual_prefixes(self):
         rule = (self.prefix / "lib/udev/rules.d/70-tactor.rules").read_text()
         self.assertRegex(rule, re.compile(r'ATTR\{idVendor\}=="0403"'))
+        self.assertIn("ExecStart=tactor run", (self.prefix / "lib/systemd/system/tactor@.service").read_text())
 
 
 if __name__ == "__main__":
