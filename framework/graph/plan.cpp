@@ -121,7 +121,7 @@ Plan build(GraphSpec graph, bool reference) {
   const SourceLocation whole{graph.file.string(), 0, 0};
   const bool ends =
       !graph.record.empty() || std::any_of(graph.nodes.begin(), graph.nodes.end(),
-                                           [](const NodeSpec& node) { return node.info->sink || node.info->sets; });
+                                           [&graph](const NodeSpec& node) { return is_an_end(graph, node); });
   if (!ends && !reference) {
     diagnostics.error(whole,
                       "expected a sink among the nodes or an output to record, found neither: nothing would run");

@@ -27,7 +27,11 @@ struct Kept {
   std::vector<LeftOut> left_out;
 };
 
-/// Takes out what the scene and the parameters make needless, and then what reaches no sink and no recording.
+/// True if a graph may run for that node alone: it is a sink, or sets parameters. So is a device in a run until
+/// stopped, which records nothing.
+bool is_an_end(const GraphSpec& graph, const NodeSpec& node);
+
+/// Takes out what the scene and the parameters make needless, and then what reaches no such end and no recording.
 Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires);
 
 /// Refuses what a node says it may set and cannot: that is no tunable parameter of a kept node, or not its value. Also

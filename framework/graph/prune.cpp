@@ -57,6 +57,10 @@ std::vector<Wire> wires_of(const GraphSpec& graph) {
   return wires;
 }
 
+bool is_an_end(const GraphSpec& graph, const NodeSpec& node) {
+  return node.info->sink || node.info->sets || (graph.duration == until_stopped && node.info->actuator);
+}
+
 Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires) {
   Kept kept;
   kept.nodes.assign(graph.nodes.size(), true);
@@ -81,7 +85,7 @@ Kept prune(const GraphSpec& graph, const std::vector<Wire>& wires) {
     const std::string prefix = graph.nodes[n].name + ".";
     const bool recorded = std::any_of(graph.record.begin(), graph.record.end(),
                                       [&](const std::string& stream) { return stream.starts_with(prefix); });
-    wanted[n] = kept.nodes[n] && (graph.nodes[n].info->sink || graph.nodes[n].info->sets || recorded);
+    wanted[n] = kept.nodes[n] && (is_an_end(graph, graph.nodes[n]) || recorded);
   }
   mark_upstream(wires, kept, wanted);
   for (std::size_t n = 0; n < graph.nodes.size(); ++n) {

@@ -173,43 +173,7 @@ void declare_parameters(Declare<Metrics>& node) {
   }
 }
 
-void declare_metrics(Declare<Metrics>& node) {
-  PartMetrics(node, "force", "N", "N").declare();
-  PartMetrics(node, "torque", "Nm", "N m").declare();
-  declare_felt_metrics(node);
-  const char* const never_cold =
-      "all nodes are warm from the start or one never is, nothing comes before, or the whole run is judged";
-  node.metric("judged.from_s", "s", "when the judged interval begins", Better::neither)
-      .metric("judged.duration_s", "s", "how long it is", Better::neither)
-      .missing_where("no command comes after its begin")
-      .metric("cold_start.delivered.force.rms_error_N", "N",
-              "RMS error against the reference from `settle` until all nodes are warm", Better::lower)
-      .missing_where(never_cold)
-      .left_out_when([](const Metrics::Params&, const MetricUse& use) {
-        return use.whole ? without_reference(use) : without_whole(use);
-      })
-      .metric("cold_start.one_step.force.rms_error_N", "N",
-              "RMS error of the first step predicted from `settle` until all nodes are warm", Better::lower)
-      .missing_where(never_cold)
-      .left_out_when([](const Metrics::Params&, const MetricUse& use) {
-        return use.whole ? without_input(use, "forecast") : without_whole(use);
-      });
-  const char* const no_rate = "fewer than two physics results come, or none in the judged interval";
-  node.metric("physics.steps", "1", "physics results", Better::neither)
-      .metric("physics.rate_hz_min", "Hz", "lowest rate of the physics over ten intervals", Better::neither)
-      .missing_where(no_rate)
-      .metric("physics.rate_hz_max", "Hz", "highest rate of the physics over ten intervals", Better::neither)
-      .missing_where(no_rate)
-      .metric("physics.rate_hz_median", "Hz", "median rate of the physics over ten intervals", Better::neither)
-      .missing_where(no_rate);
-  const auto without_state = [](const Metrics::Params&, const MetricUse& use) { return without_input(use, "state"); };
-  const char* const no_state = "no state comes in the judged interval";
-  node.metric("contacts.max", "1", "most contacts that carried force", Better::neither)
-      .missing_where(no_state)
-      .left_out_when(without_state)
-      .metric("contacts.median", "1", "median number of contacts that carried force", Better::neither)
-      .missing_where(no_state)
-      .left_out_when(without_state);
+void declare_energy_metrics(Declare<Metrics>& node) {
   const auto unwatched = [](const Metrics::Params&, const MetricUse& use) {
     if (!use.whole) return without_whole(use);
     return use.is_fed("state") ? string() : without_input(use, "device");
@@ -255,6 +219,45 @@ void declare_metrics(Declare<Metrics>& node) {
               Better::neither)
       .missing_where(few)
       .left_out_when(no_port);
+}
+
+void declare_metrics(Declare<Metrics>& node) {
+  PartMetrics(node, "force", "N", "N").declare();
+  PartMetrics(node, "torque", "Nm", "N m").declare();
+  declare_felt_metrics(node);
+  const char* const never_cold =
+      "all nodes are warm from the start or one never is, nothing comes before, or the whole run is judged";
+  node.metric("judged.from_s", "s", "when the judged interval begins", Better::neither)
+      .metric("judged.duration_s", "s", "how long it is", Better::neither)
+      .missing_where("no command comes after its begin")
+      .metric("cold_start.delivered.force.rms_error_N", "N",
+              "RMS error against the reference from `settle` until all nodes are warm", Better::lower)
+      .missing_where(never_cold)
+      .left_out_when([](const Metrics::Params&, const MetricUse& use) {
+        return use.whole ? without_reference(use) : without_whole(use);
+      })
+      .metric("cold_start.one_step.force.rms_error_N", "N",
+              "RMS error of the first step predicted from `settle` until all nodes are warm", Better::lower)
+      .missing_where(never_cold)
+      .left_out_when([](const Metrics::Params&, const MetricUse& use) {
+        return use.whole ? without_input(use, "forecast") : without_whole(use);
+      });
+  const char* const no_rate = "fewer than two physics results come, or none in the judged interval";
+  node.metric("physics.steps", "1", "physics results", Better::neither)
+      .metric("physics.rate_hz_min", "Hz", "lowest rate of the physics over ten intervals", Better::neither)
+      .missing_where(no_rate)
+      .metric("physics.rate_hz_max", "Hz", "highest rate of the physics over ten intervals", Better::neither)
+      .missing_where(no_rate)
+      .metric("physics.rate_hz_median", "Hz", "median rate of the physics over ten intervals", Better::neither)
+      .missing_where(no_rate);
+  const auto without_state = [](const Metrics::Params&, const MetricUse& use) { return without_input(use, "state"); };
+  const char* const no_state = "no state comes in the judged interval";
+  node.metric("contacts.max", "1", "most contacts that carried force", Better::neither)
+      .missing_where(no_state)
+      .left_out_when(without_state)
+      .metric("contacts.median", "1", "median number of contacts that carried force", Better::neither)
+      .missing_where(no_state)
+      .left_out_when(without_state);
 }
 
 }  // namespace
@@ -313,6 +316,7 @@ NodeInfo Metrics::declare() {
               .queue = every});
   declare_parameters(node);
   declare_metrics(node);
+  declare_energy_metrics(node);
   return node.info();
 }
 

@@ -333,6 +333,16 @@ class LiveThreads(PackageTest):
         session.finish()
         self.assertLess(session.now, 500)
 
+    def test_a_session_until_stopped_runs_until_a_thread_stops_it(self):
+        with tactor.Session(WALL, over=LIVE, duration="until stopped") as session:
+            self.assertEqual(session.graph.duration, float("inf"))
+            timer = threading.Timer(0.3, session.stop)
+            timer.start()
+            self.addCleanup(timer.cancel)
+            session.start()
+            session.run()
+            self.assertFalse(session.running)
+
     def test_a_child_of_the_program_can_end_and_leaves_the_session_alone(self):
         with tactor.Session(WALL, over=LIVE, duration="1000 s") as session:
             session.start()

@@ -96,6 +96,8 @@ BOOST_FIXTURE_TEST_CASE(a_live_graph_may_go_on_until_it_is_stopped, Fixture) {
   BOOST_TEST((spec.duration == until_stopped));
   const GraphSpec again = load_graph(folder.write("again.yaml", to_yaml(spec)), registry);
   BOOST_TEST((again.duration == until_stopped));
+  // The device is what it runs for.
+  BOOST_TEST(make_plan(spec).nodes.size() == 1U);
   // No time of a file means the same.
   BOOST_TEST((Duration::from_seconds(longest_time_s) < until_stopped));
 }
