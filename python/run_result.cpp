@@ -109,6 +109,7 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
     }
     options.keeps_tables = true;
     options.traces = true;
+    options.provenance = true;
     options.cache_folder = default_cache_folder();
     options.note = [&](const std::string& note) { made->notes.push_back(note); };
     options.progress = [&](double, const char*) { return signals.go_on(); };

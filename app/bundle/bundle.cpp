@@ -8,11 +8,12 @@
 #include <string>
 #include <string_view>
 
-#include "app/bundle/shared_libraries.hpp"
 #include "app/command_output.hpp"
 #include "app/output.hpp"
+#include "app/run/build_info.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
+#include "app/run/shared_libraries.hpp"
 #include "app/study/prepare_study.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/installation.hpp"
@@ -133,6 +134,9 @@ class Stage {
       if (is_program || std::find(of_live_runs.begin(), of_live_runs.end(), name) != of_live_runs.end()) continue;
       add_binary(
           file, is_inside(file, prefix_) ? place_in_prefix(file) : place_in_prefix(library_folder()) / "tactor" / name);
+    }
+    if (const fs::path build = library_folder() / "tactor/plugins" / build_library_file; fs::exists(build)) {
+      add_binary(build, place_in_prefix(build));
     }
     for (const fs::path& folder : {prefix_ / "clusters", prefix_ / "share/tactor/clusters"}) {
       if (!fs::exists(folder)) continue;

@@ -8,6 +8,7 @@
 #include "app/report/figure.hpp"
 #include "app/report/html_page.hpp"
 #include "app/report/method_style.hpp"
+#include "app/report/provenance_html.hpp"
 #include "app/report/run_curves.hpp"
 #include "app/report/scene_picture.hpp"
 #include "app/run/headline.hpp"
@@ -160,6 +161,7 @@ std::string run_report(const RunResult& run, const Scene* scene) {
   body += folded("Run time", "<p>CPU time of each step on one core.</p>\n" + cost_table(run));
   body += folded("Edges", edge_table(run));
   body += folded("Chosen and left out", chosen_and_left_out(run));
+  body += provenance_html(run.provenance);
   body += folded("Graph, resolved", "<pre>" + escape(run.graph_yaml) + "</pre>\n");
   return page(run.graph, body);
 }

@@ -34,7 +34,8 @@ std::string reference_id(const Plan& plan);
 
 /// The program, the extension of Python where that has loaded this, libtactor with the libraries beside it, and the
 /// node libraries that this process has loaded, in order of their paths. Of the libraries beside libtactor all count:
-/// which of them a run loads depends on what the caches hold.
+/// which of them a run loads depends on what the caches hold. Only that with the commit (see build_info.hpp) is left
+/// out.
 std::vector<std::filesystem::path> code_files();
 
 /// The hash of the bytes of each such file, by its name.

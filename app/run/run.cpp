@@ -15,6 +15,7 @@
 #include "app/run/record.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
+#include "app/run/sha256.hpp"
 #include "framework/core/clock.hpp"
 #include "framework/graph/plan_metrics.hpp"
 #include "framework/graph/texts.hpp"
@@ -36,12 +37,26 @@ double peak_memory_MB() {
   return static_cast<double>(usage.ru_maxrss) / 1024.0;
 }
 
+/// When the nodes are made, so that their libraries are loaded, and before anything is written, because it may refuse a
+/// file.
+Provenance provenance_of_run(const Plan& plan, const RunOptions& options) {
+  if (!options.provenance) return {};
+  if (options.recording && !plan.streams.empty()) static_cast<void>(load_record_library());
+  Provenance made = provenance_of(plan, options.cache_folder);
+  if (options.reference_recording) {
+    made.files.push_back({std::string(reference_option), fs::absolute(*options.reference_recording),
+                          sha256_of_file(*options.reference_recording)});
+  }
+  return made;
+}
+
 /// Begins to write, where that is asked for: where the run is recorded, with a stream for each of the plan's, by the
 /// same index; null where nothing is.
 std::unique_ptr<Recorder> make_recorder(const Plan& plan, const RunOptions& options, const RunResult& result) {
   if (options.before_writing) options.before_writing();
   if (!options.recording || plan.streams.empty()) return nullptr;
-  return load_record_library().create(*options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION});
+  return load_record_library().create(
+      *options.recording, {result.graph_yaml, plan.graph.seed, TACTOR_VERSION, provenance_text(result.provenance)});
 }
 
 NodeCost node_cost(const NodeSpec& spec, const NodeStatistics& metrics) {
@@ -315,6 +330,7 @@ void execute(const Plan& plan, const RunOptions& options, const std::optional<Re
   const std::function<void()> drive = options.driver ? options.driver(session) : nullptr;
   std::unique_ptr<Follower> follower;
   if (options.follow != nullptr) follower = std::make_unique<Follower>(session, *options.follow);
+  result.provenance = provenance_of_run(plan, options);
   std::unique_ptr<Recorder> recorder = make_recorder(plan, options, result);
   const auto recorder_failed = recorder ? record(session, *recorder) : std::make_shared<bool>(false);
   if (options.before_start) options.before_start(session);

@@ -9,6 +9,7 @@
 
 #include "app/run/live_look.hpp"
 #include "app/run/no_force.hpp"
+#include "app/run/provenance.hpp"
 #include "app/run/run_metrics.hpp"
 #include "app/run/run_trace.hpp"
 #include "framework/engine/engine_status.hpp"
@@ -80,6 +81,7 @@ struct RunResult {
   std::string graph_yaml;         ///< resolved
   std::size_t devices = 0;        ///< how many the plan has
   std::vector<NoForce> no_force;  ///< the devices that no force of the pipeline reached, and why
+  Provenance provenance;          ///< empty unless the options ask for it
   bool blind = false;             ///< it led a person through an experiment (see experiment_of)
 
   /// True where something kept the force from every device: then there is nothing to be judged.
@@ -121,6 +123,7 @@ struct RunOptions {
   /// No reference run: the metrics that need one are left out. As in every run until stopped.
   bool without_reference = false;
   bool traces = false;            ///< the result has what a page shows of its devices
+  bool provenance = false;        ///< result and recording tell when, where and from what they were made
   bool keeps_step_times = false;  ///< the result has what each step took
   bool keeps_tables = false;      ///< nodes may write files of their own (see SessionOptions)
   Ask without_dead_man;           ///< see EngineOptions::without_dead_man

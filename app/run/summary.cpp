@@ -110,6 +110,7 @@ Json to_json(const RunResult& result) {
   }
   json["left_out"] = Json::array();
   for (const LeftOut& item : result.left_out) json["left_out"].push_back({{"what", item.what}, {"why", item.why}});
+  if (!result.provenance.empty()) json["provenance"] = to_json(result.provenance);
   return json;
 }
 

@@ -66,6 +66,7 @@ RunResult run_into_folder(const Plan& plan, const ResultsFolder& results, RunOpt
   options.recording = folder / "recording.h5";
   options.keeps_tables = true;
   options.traces = true;
+  options.provenance = true;
   options.cache_folder = default_cache_folder();
   options.note = [&log](const std::string& text) { log.tell({LogLevel::notice, EventKind::note, "", {}, text}); };
   options.before_writing = [&results] { results.clear(); };

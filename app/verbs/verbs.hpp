@@ -23,6 +23,7 @@ void add_schema(CLI::App& app, int& exit_code);
 void add_export(CLI::App& app, int& exit_code);
 void add_import(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);
+void add_verify(CLI::App& app, int& exit_code);
 void add_view(CLI::App& app, int& exit_code);
 void add_repair(CLI::App& app, int& exit_code);
 void add_mesh(CLI::App& app, int& exit_code);

@@ -6,11 +6,13 @@
 
 #include "app/output.hpp"
 #include "app/run/experiment.hpp"
+#include "app/run/provenance.hpp"
 #include "app/run/record.hpp"
 #include "app/view/judge.hpp"
 #include "app/view/mouse_graph.hpp"
 #include "app/view/session_view.hpp"
 #include "framework/core/check.hpp"
+#include "framework/core/user_folders.hpp"
 #include "framework/graph/plan.hpp"
 #include "framework/record/recorder.hpp"
 
@@ -50,8 +52,10 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
           : nullptr;
   std::unique_ptr<Recorder> recorder;
   if (options.recording) {
-    recorder = load_record_library().create(*options.recording,
-                                            {to_yaml(session.plan().graph), session.plan().graph.seed, TACTOR_VERSION});
+    const RecordLibrary& library = load_record_library();
+    const Plan& plan = session.plan();
+    const std::string provenance = provenance_text(provenance_of(plan, default_cache_folder()));
+    recorder = library.create(*options.recording, {to_yaml(plan.graph), plan.graph.seed, TACTOR_VERSION, provenance});
     record(session, *recorder);
   }
   session.stop_when(options.stop_asked);

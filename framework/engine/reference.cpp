@@ -40,8 +40,7 @@ class KeyText {
     if (const auto* d = std::get_if<double>(&value)) add(*d);
     if (const auto* s = std::get_if<std::string>(&value)) {
       if (info.kind == ParamKind::file && !s->empty()) {
-        add_file(*s);
-        if (info.includes) add_files(info.includes(*s));
+        add_files(files_of(info, value));
       } else {
         add(*s);
       }

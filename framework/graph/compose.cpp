@@ -32,9 +32,14 @@ std::string shipped_instead(const std::string& name) {
          "`, or extend the shipped graph itself instead of copying it";
 }
 
-// `chain` holds the files that lead to this one, `files` counts all that were read.
+struct GraphFiles {
+  std::vector<fs::path> read;  // each once
+  std::size_t extended = 0;    // how often a file was named by `extends`
+};
+
+// `chain` holds the files that lead to this one, `files` all that were read.
 std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::vector<fs::path> chain,
-                               std::size_t& files, const TypeOfNode& type_of, Diagnostics& diagnostics) {
+                               GraphFiles& files, const TypeOfNode& type_of, Diagnostics& diagnostics) {
   std::error_code ignored;
   const fs::path identity = fs::weakly_canonical(file, ignored);
   if (named_by != nullptr) {
@@ -50,11 +55,12 @@ std::optional<Tree> load_chain(const fs::path& file, const Tree* named_by, std::
     if (chain.size() > max_extends) {
       return complain("expected at most " + std::to_string(max_extends) + " files one over the other, found more");
     }
-    if (++files > max_files) {
+    if (++files.extended > max_files) {
       return complain("expected at most " + std::to_string(max_files) + " files in all, found more");
     }
   }
   chain.push_back(identity);
+  if (std::find(files.read.begin(), files.read.end(), identity) == files.read.end()) files.read.push_back(identity);
   std::optional<Tree> tree = read_yaml(file, file.string(), graph_file, diagnostics);
   if (!tree) return std::nullopt;
   take_format(*tree, diagnostics);
@@ -190,14 +196,14 @@ FileSearch find_over(const fs::path& over, const fs::path& graph) {
 }
 
 std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Registry& registry,
-                            Diagnostics& diagnostics) {
+                            Diagnostics& diagnostics, std::vector<fs::path>& read) {
   const FileFinder finder(file.parent_path());
   const TypeOfNode type_of = [&](const TreeEntry& node) {
     // What is wrong with a type is told where the nodes are read.
     Diagnostics ignored;
     return node.value.is_map() ? read_type(node, "", registry, finder, ignored) : nullptr;
   };
-  std::size_t files = 0;
+  GraphFiles files;
   std::optional<Tree> graph = load_chain(file, nullptr, {}, files, type_of, diagnostics);
   if (!graph) return std::nullopt;
   for (const Patch& patch : overrides) {
@@ -216,6 +222,7 @@ std::optional<Tree> compose(const fs::path& file, const Overrides& overrides, Re
       return std::nullopt;
     }
   }
+  read = std::move(files.read);
   return is_bound(*graph, file, diagnostics) ? std::move(graph) : std::nullopt;
 }
 

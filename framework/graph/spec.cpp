@@ -284,13 +284,15 @@ Duration read_run_duration(const Tree& tree, Clock clock, Diagnostics& diagnosti
 
 GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& overrides) {
   Diagnostics diagnostics;
-  const std::optional<Tree> tree = compose(file, overrides, registry, diagnostics);
+  std::vector<fs::path> read;
+  const std::optional<Tree> tree = compose(file, overrides, registry, diagnostics, read);
   if (!tree) diagnostics.throw_if_any();
   TACTOR_DEMAND(tree.has_value());
 
   GraphSpec spec;
   std::error_code ignored;
   spec.file = fs::absolute(file, ignored).lexically_normal();
+  spec.files = std::move(read);
   spec.name = graph_name(file) + overlay_names(overrides);
   std::map<std::string, SourceLocation, std::less<>> places;
   collect_places(*tree, "", places);

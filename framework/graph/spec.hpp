@@ -88,6 +88,9 @@ struct GraphSpec {
   std::string name;   ///< graph_name of the file, then `_local` for each file that is laid over it
   std::string title;  ///< one line of prose, or empty
   std::filesystem::path file;
+  /// The files of the graph as they were read: its own, those that it extends, those laid over it. Without symbolic
+  /// links.
+  std::vector<std::filesystem::path> files;
   Clock clock = Clock::virtual_;
   Duration duration;  ///< above 0; `until_stopped` with clock: real alone, and without `record`
   std::uint64_t seed = 1;

@@ -29,6 +29,16 @@ constexpr std::array<std::string_view, role_count> role_names{"other",       "so
 
 }  // namespace
 
+std::vector<std::filesystem::path> files_of(const ParamInfo& info, const ParamValue& value) {
+  const auto* file = std::get_if<std::string>(&value);
+  if (info.kind != ParamKind::file || file == nullptr || file->empty()) return {};
+  std::vector<std::filesystem::path> files{*file};
+  if (!info.includes) return files;
+  const std::vector<std::filesystem::path> more = info.includes(*file);
+  files.insert(files.end(), more.begin(), more.end());
+  return files;
+}
+
 std::string_view name_of(Better better) {
   constexpr std::array<std::string_view, 4> names{"lower", "higher", "near zero", "neither"};
   return names[static_cast<std::size_t>(better)];

@@ -263,6 +263,10 @@ struct StandIn {
 inline constexpr double default_haptic_rate = 1000;
 
 /// Shows a person a text and waits for the answer: true for yes.
+/// The files that a value of the parameter makes results depend on: the file that it names, then those that this one
+/// includes; none for other kinds. Throws InputError where such a file cannot be read.
+std::vector<std::filesystem::path> files_of(const ParamInfo& info, const ParamValue& value);
+
 using Ask = std::function<bool(const std::string& text)>;
 
 /// What a type that talks to hardware can do with its devices. A function that is null: it cannot.

@@ -1,11 +1,11 @@
 // The layout of recordings in HDF5, shared by writer and reader: names, record types, attributes.
 //
-// /                                  attributes: tactor_recording (format version), graph, seed, tactor_version,
-// complete /streams/<node.port>               attributes: message_type, frame, time_unit, description (see
-// message_json.hpp) /streams/<node.port>/data          one row a message: valid_ns, produced_ns, sequence, then the
-// fields of the message /streams/<node.port>/arrays/<path> the elements of a field that changes size, of all messages
-// one after the other; the
-//                                    row holds `first` and `count`
+// - `/`: attributes tactor_recording (format version), graph, seed, tactor_version, provenance (JSON; may be missing),
+//   complete
+// - `/streams/<node.port>`: attributes message_type, frame, time_unit, description (see message_json.hpp)
+// - `/streams/<node.port>/data`: one row a message: valid_ns, produced_ns, sequence, then the fields of the message
+// - `/streams/<node.port>/arrays/<path>`: the elements of a field that changes size, of all messages one after the
+//   other; the row holds `first` and `count`
 #pragma once
 
 #include <cstdint>
@@ -24,6 +24,7 @@ inline constexpr const char* version_attribute = "tactor_recording";
 inline constexpr const char* graph_attribute = "graph";
 inline constexpr const char* seed_attribute = "seed";
 inline constexpr const char* tactor_version_attribute = "tactor_version";
+inline constexpr const char* provenance_attribute = "provenance";
 inline constexpr const char* complete_attribute = "complete";
 inline constexpr const char* streams_group = "streams";
 inline constexpr const char* type_attribute = "message_type";

@@ -193,7 +193,7 @@ void Hdf5Reader::read_header() {
   const std::optional<std::string> program = layout::read_text(file_.get(), layout::tactor_version_attribute);
   const std::optional<std::uint64_t> complete = layout::read_unsigned(file_.get(), layout::complete_attribute);
   if (!graph || !seed || !program || !complete) refuse("its graph, seed or version is missing");
-  header_ = {*graph, *seed, *program};
+  header_ = {*graph, *seed, *program, layout::read_text(file_.get(), layout::provenance_attribute).value_or("")};
   complete_ = *complete != 0;
 
   if (!is_inside(file_.get(), layout::streams_group)) refuse("its streams are missing or in another file");

@@ -192,6 +192,10 @@ Handle Hdf5Recorder::make_file(const fs::path& path, bool final) const {
       !layout::write_integer(file.get(), layout::complete_attribute, final ? 1 : 0)) {
     fail("writing");
   }
+  if (!header_.provenance.empty() &&
+      !layout::write_text(file.get(), layout::provenance_attribute, header_.provenance)) {
+    fail("writing");
+  }
   return file;
 }
 

@@ -20,6 +20,9 @@ struct RecordingHeader {
   std::string graph;       ///< the resolved graph, YAML
   std::uint64_t seed = 0;  ///< of the run
   std::string version;     ///< of tactor
+  /// When, where and by what it was made, as JSON; empty: not told. All else in a recording is the same for the same
+  /// run.
+  std::string provenance{};
 };
 
 /// Writes one recording. Used by one thread at a time.

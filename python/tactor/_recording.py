@@ -108,7 +108,7 @@ class Recording(Mapping[str, Stream]):
 
     @property
     def attrs(self) -> Dict[str, Any]:
-        """The attributes of the file: `graph` (YAML), `seed`, `tactor_version`, `complete`."""
+        """The attributes of the file: `graph` (YAML), `seed`, `tactor_version`, `provenance` (JSON), `complete`."""
         return {name: _text(value) for name, value in self._file.attrs.items()}
 
     @property

@@ -102,6 +102,7 @@ class Includes(unittest.TestCase):
         self.assert_only(r"libusb", "devices/usb")
         self.assert_only(r"CLI/", "app/verbs")
         self.assert_only(r"sqlite3", "app/study/table")
+        self.assert_only(r"openssl/", "app/run")
         self.assert_only(r"boost/(beast|asio)", "app/view/server", "app/bridge", "app/web")
         self.assert_only(r"pybind11/", "python")
 
