@@ -3,6 +3,7 @@ import csv
 import json
 import math
 import os
+import re
 import signal
 import subprocess
 import time
@@ -19,7 +20,7 @@ from harness import (GRAPHS, HAS_MESHES, HAS_HDF5, HAS_LIVE, METRICS_OF_A_SMALL_
 
 class ExitCodes(CommandTest):
     def test_help_and_version_succeed_for_every_verb(self):
-        self.assertEqual(self.run_ok("--version").stdout.strip(), VERSION)
+        self.assertRegex(self.run_ok("--version").stdout, rf"\A{re.escape(VERSION)} \(commit ([0-9a-f]{{12}}(, dirty)?|unknown)\)\n\Z")
         self.run_ok("--help")
         found = list(every_verb())
         self.assertGreater(len(found), 12)

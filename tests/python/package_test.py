@@ -42,7 +42,7 @@ class Package(PackageTest):
         self.assertIn("ImportError: tactor: its module _tactor was not built for Python 3.", done.stderr)
 
     def test_its_version_is_the_commands(self):
-        self.assertEqual(tactor.__version__, command("--version").stdout.strip())
+        self.assertEqual(tactor.__version__, command("--version").stdout.split()[0])
         self.assertTrue((PACKAGE / "py.typed").exists())
 
     def test_everything_public_is_documented_and_has_its_public_name(self):
