@@ -8,12 +8,12 @@
 #include <string>
 #include <string_view>
 
+#include "app/bundle/shared_libraries.hpp"
 #include "app/command_output.hpp"
 #include "app/output.hpp"
 #include "app/run/build_info.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
-#include "app/run/shared_libraries.hpp"
 #include "app/study/prepare_study.hpp"
 #include "framework/core/input_file.hpp"
 #include "framework/core/installation.hpp"

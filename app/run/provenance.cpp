@@ -12,7 +12,6 @@
 
 #include "app/run/build_info.hpp"
 #include "app/run/sha256.hpp"
-#include "app/run/shared_libraries.hpp"
 #include "framework/core/check.hpp"
 #include "framework/core/shown_text.hpp"
 
@@ -31,33 +30,6 @@ std::string this_second() {
   gmtime_r(&now, &utc);
   std::array<char, 32> text{};
   return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc)};
-}
-
-/// The program and all shared libraries that this process has loaded.
-std::set<fs::path> loaded_code() {
-  std::set<fs::path> files;
-  const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
-    // The program has no name there, and what the kernel adds has no file.
-    std::error_code error;
-    const fs::path file = fs::canonical(*info->dlpi_name == '\0' ? "/proc/self/exe" : info->dlpi_name, error);
-    // That with the commit computes nothing, and its commit is told.
-    if (!error && file.filename() != build_library_file) static_cast<std::set<fs::path>*>(data)->insert(file);
-    return 0;
-  };
-  dl_iterate_phdr(add, &files);
-  return files;
-}
-
-Provenance provenance_of_code(const std::vector<InputOfPlan>& inputs, const std::set<fs::path>& code,
-                              const fs::path& cache_folder) {
-  const BuildLibrary& build = build_library();
-  Provenance made{
-      this_second(), this_machine(), TACTOR_VERSION, build.commit, build.is_dirty, build.compiler, build.flags, {}, {}};
-  for (const InputOfPlan& input : inputs) made.files.push_back({input.of, input.file, sha256_of_file(input.file)});
-  const std::vector<fs::path> libraries(code.begin(), code.end());
-  const std::vector<std::string> hashes = sha256_of_libraries(libraries, cache_folder);
-  for (std::size_t i = 0; i < libraries.size(); ++i) made.libraries.push_back({"", libraries[i], hashes[i]});
-  return made;
 }
 
 ProvenanceJson files_json(const std::vector<HashedFile>& files) {
@@ -103,20 +75,34 @@ std::vector<InputOfPlan> input_files(const Plan& plan) {
   return inputs;
 }
 
-Provenance provenance_of(const Plan& plan, const fs::path& cache_folder) {
-  return provenance_of_code(input_files(plan), loaded_code(), cache_folder);
+std::set<fs::path> loaded_code() {
+  std::set<fs::path> files;
+  const auto add = [](dl_phdr_info* info, std::size_t, void* data) {
+    // The program has no name there, and what the kernel adds has no file.
+    std::error_code error;
+    const fs::path file = fs::canonical(*info->dlpi_name == '\0' ? "/proc/self/exe" : info->dlpi_name, error);
+    // That with the commit computes nothing, and its commit is told.
+    if (!error && file.filename() != build_library_file) static_cast<std::set<fs::path>*>(data)->insert(file);
+    return 0;
+  };
+  dl_iterate_phdr(add, &files);
+  return files;
 }
 
-Provenance provenance_of(const std::vector<InputOfPlan>& files, const std::vector<fs::path>& code,
+Provenance provenance_of(const std::vector<InputOfPlan>& inputs, const std::set<fs::path>& code,
                          const fs::path& cache_folder) {
-  std::set<fs::path> all(code.begin(), code.end());
-  try {
-    for (const fs::path& library : shared_libraries(code)) all.insert(fs::canonical(library));
-  } catch (const RunError&) {
-    // Without `ldd` those that this process has loaded must do.
-    all.merge(loaded_code());
-  }
-  return provenance_of_code(files, all, cache_folder);
+  const BuildLibrary& build = build_library();
+  Provenance made{
+      this_second(), this_machine(), TACTOR_VERSION, build.commit, build.is_dirty, build.compiler, build.flags, {}, {}};
+  for (const InputOfPlan& input : inputs) made.files.push_back({input.of, input.file, sha256_of_file(input.file)});
+  const std::vector<fs::path> libraries(code.begin(), code.end());
+  const std::vector<std::string> hashes = sha256_of_libraries(libraries, cache_folder);
+  for (std::size_t i = 0; i < libraries.size(); ++i) made.libraries.push_back({"", libraries[i], hashes[i]});
+  return made;
+}
+
+Provenance provenance_of(const Plan& plan, const fs::path& cache_folder) {
+  return provenance_of(input_files(plan), loaded_code(), cache_folder);
 }
 
 ProvenanceJson to_json(const Provenance& made) {

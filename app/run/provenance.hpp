@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -53,8 +54,11 @@ struct Provenance {
 /// like input_files.
 Provenance provenance_of(const Plan& plan, const std::filesystem::path& cache_folder);
 
-/// That of what is made from these files by these programs and libraries, and by the libraries that they need.
-Provenance provenance_of(const std::vector<InputOfPlan>& files, const std::vector<std::filesystem::path>& code,
+/// The program and all shared libraries that this process has loaded, without symbolic links.
+std::set<std::filesystem::path> loaded_code();
+
+/// That of what is made from these files by these programs and libraries.
+Provenance provenance_of(const std::vector<InputOfPlan>& files, const std::set<std::filesystem::path>& code,
                          const std::filesystem::path& cache_folder);
 
 nlohmann::ordered_json to_json(const Provenance& provenance);

@@ -40,6 +40,13 @@ KeptResult read_result(const fs::path& result) {
   const bool is_file = result.filename() == "summary.json";
   KeptResult kept{is_file ? fs::absolute(result).parent_path() : result, {}, {}};
   const fs::path file = kept.folder / "summary.json";
+  for (const char* table : {"study.json", "compare.json"}) {
+    if (is_file || !fs::exists(kept.folder / table)) continue;
+    throw InputError(fmt::format(
+        "{}: expected the results of one run, found a table of many: run it again with another --out, and compare the "
+        "tables, which are equal to the byte but for run times and provenance",
+        kept.folder.string()));
+  }
   if (!is_file && !fs::exists(file)) {
     throw InputError(
         fmt::format("{}: expected the results of a run, which have a summary.json, found none", kept.folder.string()));

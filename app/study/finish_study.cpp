@@ -110,6 +110,7 @@ int finish_study(const StudySpec& spec, std::vector<RunCase> cases, CasesOutcome
   Study study = make_study(spec, make_comparison(cases, options.seeds, std::move(outcome.records), shown_metrics(spec),
                                                  std::move(outcome.declared)));
   study.comparison.where = where;
+  study.comparison.provenance = outcome.provenance;
   study.comparison.further_warnings.insert(study.comparison.further_warnings.end(), options.warnings.begin(),
                                            options.warnings.end());
   write_file(folder / "study.csv", study_csv(study));

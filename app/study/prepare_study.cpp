@@ -54,6 +54,7 @@ PreparedStudy prepare_study(const StudyRequest& request) {
   settings.judge_warm = spec.judge == JudgedPart::warm;
   settings.refused_are_results = spec.report == StudyReport::stability;
   settings.run_timeout_s = spec.run_timeout_s;
+  settings.study_file = fs::absolute(request.file);
   // Of the study's text only what decides how runs are made counts here; what they are, their names and graphs tell.
   settings.identity = {spec.name,
                        content_key({fmt::format("{} repeats, {} warm-up, reference {}{}, judged {}", spec.repeats,

@@ -116,6 +116,7 @@ int run_compare(const CompareRequest& request) {
   const std::string scenes = tell_scenes_apart(cases, registry);
   Comparison comparison =
       make_comparison(cases, options.seeds, std::move(outcome.records), {}, std::move(outcome.declared));
+  comparison.provenance = outcome.provenance;
   const TimingNote timing = timing_note(comparison, repeats);
   fmt::print("{}\n", request.brief ? brief_table(comparison, timing, terminal_columns())
                                    : comparison_table(comparison, timing, terminal_columns()));

@@ -1,9 +1,11 @@
 """Results say what they were made from, and `tactor verify` makes them again and compares to the byte."""
+import contextlib
 import hashlib
 import json
 import os
 import pathlib
 import shutil
+import sqlite3
 import subprocess
 import unittest
 
@@ -136,6 +138,20 @@ class Verify(CommandTest):
         said = self.verify(0)
         self.assertRegex(said, r"metrics have version \d+ of their definitions, now \d+")
         self.assertRegex(said, r"commit +0{40}\S*.*, now ")
+
+    def test_a_study_tells_the_same_in_its_table_and_its_page(self):
+        study = self.write("some.yaml", f"graphs: [{self.graph()}]\nvary: {{device.force_max: [4 N, 6 N]}}\nseeds: 1\n"
+                                        "duration: 0.1 s\n")
+        self.run_ok("study", study, "--out", self.out)
+        made = json.loads((self.out / "study.json").read_text())["provenance"]
+        names = [pathlib.Path(one["file"]).name for one in made["files"]]
+        self.assertEqual((names[0], sorted(names[1:])), ("some.yaml", ["judged.yaml", "mine.yaml", "stone.off"]))
+        self.assertIn("libtactor_source.so", [pathlib.Path(one["file"]).name for one in made["libraries"]])
+        with contextlib.closing(sqlite3.connect(self.out / "study.sqlite")) as db:
+            ((text,),) = db.execute("SELECT value FROM identity WHERE key GLOB 'provenance *'").fetchall()
+        self.assertEqual(json.loads(text), made)
+        self.assertIn(made["commit"], (self.out / "report.html").read_text())
+        self.assertIn("found a table of many", self.verify(2))
 
     def test_what_cannot_be_made_again_says_why(self):
         self.made()

@@ -39,13 +39,14 @@ void fields(auto& bytes, SameAs<TableIdentity> auto& identity) {
 }
 void fields(auto& bytes, SameAs<CasesSettings> auto& s) {
   bytes(s.seeds, s.repeats, s.warm_up, s.judge_warm, s.without_reference, s.run_timeout_s, s.refused_are_results,
-        s.identity);
+        s.identity, s.study_file);
 }
 void fields(auto& bytes, SameAs<Obstacle> auto& obstacle) {
   bytes(obstacle.status, obstacle.message, obstacle.may_differ);
 }
 void fields(auto& bytes, SameAs<PlannedCases> auto& p) {
-  bytes(p.cases, p.settings, p.checks, p.obstacles, p.libraries, p.codes, p.reference_case, p.judged);
+  bytes(p.cases, p.settings, p.checks, p.obstacles, p.libraries, p.codes, p.inputs, p.loaded, p.reference_case,
+        p.judged);
 }
 void fields(auto& bytes, SameAs<Stage> auto& stage) {
   bytes(stage.kind, stage.cases, stage.chunk_begin);

@@ -18,6 +18,7 @@
 #include "app/study/finish_study.hpp"
 #include "app/study/table/where.hpp"
 #include "framework/core/file_descriptor.hpp"
+#include "framework/core/user_folders.hpp"
 #include "framework/node/registry.hpp"
 
 namespace tactor {
@@ -77,6 +78,7 @@ int merge_and_report(ClusterPlan& plan, const ClusterFolder& folder) {
   outcome.records = std::move(merged.records);
   outcome.declared = std::move(merged.declared);
   outcome.judged = plan.planned.judged;
+  outcome.provenance = provenance_of(plan.planned, default_cache_folder());
   outcome.cost.run_cpu_s = merged.run_cpu_s;
   outcome.cost.total_cpu_s = merged.cpu_s;
   Registry registry(default_node_folders());

@@ -14,6 +14,7 @@
 #include "app/report/figure.hpp"
 #include "app/report/html_page.hpp"
 #include "app/report/method_style.hpp"
+#include "app/report/provenance_html.hpp"
 #include "app/report/run_curves.hpp"
 #include "app/report/run_report.hpp"
 #include "app/run/summary.hpp"
@@ -397,6 +398,7 @@ std::string compare_report(const Comparison& comparison, const TimingNote& timin
     titles += fmt::format("<li><b>{}</b>: {}</li>\n", breakable(rows.names[i]), escape(comparison.rows[i].title));
   }
   body += folded("The graphs and their scene", "<ul>\n" + titles + "</ul>\n" + scene);
+  body += provenance_html(comparison.provenance);
   return page(rows.title, body);
 }
 

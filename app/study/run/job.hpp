@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -81,6 +82,8 @@ struct CaseCheck {
   std::vector<std::string> libraries;             ///< node libraries that the worker has loaded by now
   std::vector<std::filesystem::path> code_files;  ///< likewise, as code_files()
   std::vector<std::string> codes;                 ///< NodeInfo::code of its nodes in Python
+  std::set<std::filesystem::path> inputs;         ///< files that its runs depend on, as input_files()
+  std::set<std::filesystem::path> loaded;         ///< as loaded_code(), by now
 };
 
 struct RunAnswer {

@@ -48,7 +48,8 @@ void fields(auto& bytes, SameAs<RunMetrics> auto& metrics) {
 }
 void fields(auto& bytes, SameAs<CaseCheck> auto& check) {
   bytes(check.result, check.message, check.title, check.content, check.reference, check.duration_s,
-        check.has_to_warm_up, check.metrics, check.notes, check.libraries, check.code_files, check.codes);
+        check.has_to_warm_up, check.metrics, check.notes, check.libraries, check.code_files, check.codes, check.inputs,
+        check.loaded);
 }
 void fields(auto& bytes, SameAs<NodeCost> auto& node) {
   bytes(node.node, node.type, node.role, node.steps, node.missed_ticks, node.median_us, node.p99_us, node.total_s);

@@ -72,6 +72,8 @@ void take_checks(PlannedCases& planned, const PlanningHooks& hooks) {
     planned.libraries.insert(check.libraries.begin(), check.libraries.end());
     planned.code_files.insert(check.code_files.begin(), check.code_files.end());
     planned.codes.insert(check.codes.begin(), check.codes.end());
+    planned.inputs.merge(check.inputs);
+    planned.loaded.merge(check.loaded);
     for (const std::string& text : check.notes) {
       if (hooks.note) hooks.note(text);
     }
@@ -87,6 +89,8 @@ void take_checks(PlannedCases& planned, const PlanningHooks& hooks) {
     check.libraries = {};
     check.code_files = {};
     check.codes = {};
+    check.inputs = {};
+    check.loaded = {};
     check.notes = {};
     check.metrics = {};
   }
@@ -181,6 +185,15 @@ PlannedCases plan_cases(const std::vector<RunCase>& cases, const CasesSettings& 
   }
   planned.settings.identity.program = program_hash(planned.code_files, planned.codes);
   return planned;
+}
+
+Provenance provenance_of(const PlannedCases& planned, const std::filesystem::path& cache_folder) {
+  std::vector<InputOfPlan> inputs;
+  if (!planned.settings.study_file.empty()) inputs.push_back({"study", planned.settings.study_file});
+  for (const std::filesystem::path& file : planned.inputs) inputs.push_back({"", file});
+  std::set<std::filesystem::path> code = planned.code_files;
+  code.insert(planned.loaded.begin(), planned.loaded.end());
+  return provenance_of(inputs, code, cache_folder);
 }
 
 std::vector<JudgedFrom> judged_intervals(const PlannedCases& planned, const std::map<std::size_t, Warmth>& warmths) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "app/run/provenance.hpp"
 #include "app/study/plan/run_case.hpp"
 #include "app/study/run/job.hpp"
 #include "app/study/table/run_table.hpp"
@@ -34,7 +35,8 @@ struct CasesSettings {
   std::optional<double> run_timeout_s;
   /// Cases that are refused as bad input are results, unless all are.
   bool refused_are_results = false;
-  TableIdentity identity;  ///< of the table of runs
+  TableIdentity identity;            ///< of the table of runs
+  std::filesystem::path study_file;  ///< absolute; empty for a comparison
 };
 
 /// Why a run cannot be made.
@@ -56,6 +58,8 @@ struct PlannedCases {
   std::set<std::string> libraries;                 ///< of nodes, that the cases need
   std::set<std::filesystem::path> code_files;      ///< as code_files(), of all cases
   std::set<std::string> codes;                     ///< NodeInfo::code of the nodes in Python
+  std::set<std::filesystem::path> inputs;          ///< files that the runs depend on
+  std::set<std::filesystem::path> loaded;          ///< programs and libraries, ours and others, that the cases load
   /// By case: the first case with the same reference runs, which serve both; itself where it needs none.
   std::vector<std::size_t> reference_case;
   std::vector<JudgedFrom> judged;  ///< by group; from the start until judged_intervals has found more
@@ -88,6 +92,10 @@ struct PlanningHooks {
 /// be, RunError where it was interrupted.
 PlannedCases plan_cases(const std::vector<RunCase>& cases, const CasesSettings& settings, WorkerPool& pool,
                         const std::filesystem::path& cache_folder, unsigned at_once, const PlanningHooks& hooks);
+
+/// The provenance of the table of these runs, made now. Of libraries that a run alone loads, such as a BLAS, it has
+/// none.
+Provenance provenance_of(const PlannedCases& planned, const std::filesystem::path& cache_folder);
 
 /// From when on each group is judged, by what is known of when its runs are warm (by number; a run that failed before
 /// is not there). Throws InputError where a run never is, or where too little is left.

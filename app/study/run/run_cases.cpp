@@ -41,6 +41,8 @@ class StudyRunner {
     const double wall = clock_seconds(CLOCK_MONOTONIC);
     const double cpu = cpu_of_all();
     make_runs(finished, table);
+    outcome.provenance = provenance_of(planned_, options_.cache_folder);
+    table.tell(outcome.provenance);
     outcome.cost = cost_;
     outcome.cost.total_cpu_s = cpu_of_all() - cpu;
     outcome.cost.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;

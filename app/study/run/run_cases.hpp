@@ -50,6 +50,7 @@ struct CasesOutcome {
   bool interrupted = false;
   std::vector<JudgedFrom> judged;  ///< by group
   CasesCost cost;
+  Provenance provenance;
 };
 
 /// Checks every case, then runs what the table does not have. A run that fails is a record with its message. Throws

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/run/provenance.hpp"
 #include "app/run/ran_on.hpp"
 #include "app/run/recorded_reference.hpp"
 #include "app/run/references.hpp"
@@ -55,6 +56,10 @@ void add_codes(const Plan& plan, std::vector<std::string>& codes) {
   for (const NodeSpec& node : plan.nodes) {
     if (!node.info->code.empty()) codes.push_back(node.info->code);
   }
+}
+
+void add_inputs(const Plan& plan, std::set<std::filesystem::path>& inputs) {
+  for (const InputOfPlan& input : input_files(plan)) inputs.insert(input.file);
 }
 
 std::vector<double> each(const std::vector<RunResult>& runs, double RunResult::*value) {
@@ -162,11 +167,13 @@ CaseCheck StudyWorker::check(const Job& job) {
                        "real; add --set clock=virtual");
     }
     add_codes(plan, found.codes);
+    add_inputs(plan, found.inputs);
     found.notes = checks_.check(plan);
     std::optional<Plan> reference;
     if (job.reference) {
       reference = plan_of(job, *job.reference);
       add_codes(*reference, found.codes);
+      add_inputs(*reference, found.inputs);
       checks_.check(*reference);
     }
     found.title = plan.graph.title;
@@ -176,7 +183,9 @@ CaseCheck StudyWorker::check(const Job& job) {
     if (!job.reference_recording.empty()) {
       // What would be refused in a run is refused before the first one.
       for (const std::uint64_t seed : job.seeds) {
-        static_cast<void>(recorded_reference(recording_of(job, plan, seed), plan));
+        const std::filesystem::path recording = recording_of(job, plan, seed);
+        static_cast<void>(recorded_reference(recording, plan));
+        found.inputs.insert(std::filesystem::absolute(recording));
       }
     } else if (!job.without_reference) {
       found.reference = reference_id(reference ? *reference : plan);
@@ -194,6 +203,7 @@ CaseCheck StudyWorker::check(const Job& job) {
   }
   found.libraries = registry_.loaded_libraries();
   found.code_files = code_files();
+  found.loaded = loaded_code();
   return found;
 }
 

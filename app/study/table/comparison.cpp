@@ -524,6 +524,7 @@ Json to_json(const Comparison& comparison) {
   json["warnings"] = comparison_warnings(comparison);
   json["graphs"] = Json::array();
   for (const CompareRow& row : comparison.rows) json["graphs"].push_back(to_json(comparison, row));
+  if (!comparison.provenance.empty()) json["provenance"] = to_json(comparison.provenance);
   return json;
 }
 

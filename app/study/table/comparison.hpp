@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "app/run/provenance.hpp"
 #include "app/run/timing.hpp"
 #include "app/statistics.hpp"
 #include "app/study/plan/run_case.hpp"
@@ -75,6 +76,7 @@ struct Comparison {
   MetricMap declared{};                         ///< the metrics of the runs, and the run times derived from them
   std::vector<std::string> further_warnings{};  ///< what makes it doubtful beside what comparison_warnings finds
   std::vector<std::string> where{};             ///< sentences on where the runs were made
+  Provenance provenance{};                      ///< empty: not told
 
   /// The index of the column that shows this metric; absent where there is none.
   [[nodiscard]] std::optional<std::size_t> column(std::string_view metric) const;

@@ -394,6 +394,11 @@ void RunTable::add(std::span<const RunRecord> records) {
   }
 }
 
+void RunTable::tell(const Provenance& provenance) {
+  Statement(db_->db, path_, "INSERT OR REPLACE INTO identity VALUES(?, ?)")
+      .run("provenance " + provenance.date, provenance_text(provenance));
+}
+
 void RunTable::save_as(const fs::path& file) const {
   Statement(db_->db, path_, "VACUUM INTO ?").step(file.string());
 }

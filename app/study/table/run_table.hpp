@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/run/provenance.hpp"
 #include "app/run/ran_on.hpp"
 #include "app/run/run.hpp"
 
@@ -86,6 +87,8 @@ class RunTable {
   [[nodiscard]] std::vector<RunRecord> read() const;
   /// What the runs that are done may report.
   [[nodiscard]] MetricMap declared() const;
+  /// Keeps the provenance of the runs that were added, beside those of earlier commands, in the table `identity`.
+  void tell(const Provenance& provenance);
   /// Writes the table to a new file, without journal and in order: tables with the same runs become the same bytes.
   /// Throws RunError where the disk refuses.
   void save_as(const std::filesystem::path& file) const;

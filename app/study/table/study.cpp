@@ -169,6 +169,7 @@ Json to_json(const Study& study) {
     if (const auto& spread = study.spreads[row]) one["against"]["ratio"]["spread"] = to_json(*spread);
     json["rows"].push_back(std::move(one));
   }
+  if (!study.comparison.provenance.empty()) json["provenance"] = to_json(study.comparison.provenance);
   return json;
 }
 

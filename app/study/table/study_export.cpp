@@ -8,7 +8,11 @@ namespace {
 
 TableFile table_of(const Study& study) {
   const Comparison& comparison = study.comparison;
-  TableFile table{{{"study", study.spec.name}, {"title", study.spec.title}, {"tactor", TACTOR_VERSION}}, {}};
+  TableFile table{{{"study", study.spec.name},
+                   {"title", study.spec.title},
+                   {"tactor", TACTOR_VERSION},
+                   {"provenance", provenance_text(comparison.provenance)}},
+                  {}};
   TableColumn graph{"graph", {}, {}}, method{"method", {}, {}}, status{"status", {}, {}}, message{"message", {}, {}};
   TableColumn seed{"seed", {}, {}}, spread{"spread_of_repeats", {}, {}}, control{"control_us", {}, {}};
   std::vector<TableColumn> varied, metrics;

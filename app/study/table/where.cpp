@@ -7,6 +7,7 @@
 #include <set>
 
 #include "app/report/html_page.hpp"
+#include "app/report/provenance_html.hpp"
 
 namespace tactor {
 
@@ -56,10 +57,10 @@ std::vector<std::string> where_runs_were_made(const std::vector<RunRecord>& reco
 }
 
 std::string where_html(const Comparison& comparison) {
-  if (comparison.where.empty()) return {};
+  if (comparison.where.empty()) return provenance_html(comparison.provenance);
   std::string html = "<h2>Where it ran</h2>\n<p class=\"sub\">";
   for (const std::string& sentence : comparison.where) html += escape(sentence) + "<br>\n";
-  return html + "</p>\n";
+  return html + "</p>\n" + provenance_html(comparison.provenance);
 }
 
 }  // namespace tactor

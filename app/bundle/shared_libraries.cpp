@@ -1,4 +1,4 @@
-#include "app/run/shared_libraries.hpp"
+#include "app/bundle/shared_libraries.hpp"
 
 #include <fmt/format.h>
 
