@@ -88,6 +88,7 @@ LinkRunnerSettings runner_settings(const HardwareParams& params, const HardwareP
   settings.commands.expires_after = Duration::from_seconds(2 / std::min(params.rate, parts.rate));
   settings.energy = energy_of(params, parts);
   settings.thread_name = "link-" + context.name;
+  settings.flight = {context.flight, context.index};
   return settings;
 }
 

@@ -82,8 +82,8 @@ class HardwareDevice : public DeviceNode {
   void report(Report& report) const override;
   [[nodiscard]] ForceAccount account() const override;
   [[nodiscard]] Pace* pace() override;
-  /// What the line has counted until the newest report; absent in a reference run.
-  [[nodiscard]] std::optional<LineTotals> line_totals() const;
+  /// Until the newest report; absent in a reference run.
+  [[nodiscard]] std::optional<LineTotals> line_totals() const override;
   /// Of the status value `index`: the newest, and the largest of the run; absent where no sample has come.
   [[nodiscard]] std::optional<double> newest_status(std::size_t index) const;
   [[nodiscard]] std::optional<double> most_status(std::size_t index) const;

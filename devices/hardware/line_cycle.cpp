@@ -16,13 +16,14 @@ const AxisLimits& checked(const AxisLimits& limits) {
 }  // namespace
 
 LineCycle::LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing,
-                     const LineEnergyOptions& energy)
+                     const LineEnergyOptions& energy, const FlightWriter& flight)
     : name_(std::move(name)),
       ours_(checked(ours)),
       commands_(timing),
       plausibility_(ours),
       delay_in_(energy.delay_in),
-      energy_(energy) {
+      energy_(energy),
+      flight_(flight) {
   report_.limits = ours;
 }
 
@@ -62,6 +63,8 @@ bool LineCycle::opened(const LinkLimits& theirs, LinkFailure& failure) {
   effort_ = {};
   energy_.reopen();
   turned_ = {};
+  given_ = {};
+  if (flight_) flight_.ring->tell(FlightEvent::line_opened, flight_.node, MonotonicClock::now(), name_);
   commands_.cut(MonotonicClock::now());
   publish();
   return true;
@@ -70,9 +73,13 @@ bool LineCycle::opened(const LinkLimits& theirs, LinkFailure& failure) {
 LinkCommand LineCycle::due(Instant now) {
   LinkCommand command = commands_.due(now);
   if (commands_.has_expired()) metrics_.expired.add(1);
-  if (report_.limits.shorten(command)) metrics_.limited.add(1);
-  command.effort = energy_.give(Time{now.ns}, command.effort, command.weight);
-  effort_ = command.effort;
+  const bool limited = report_.limits.shorten(command);
+  if (limited) metrics_.limited.add(1);
+  effort_ = energy_.give(Time{now.ns}, command.effort, command.weight);
+  given_ = now;
+  exchange_.limited = limited ? 1 : 0;
+  exchange_.bounded = effort_ != command.effort ? 1 : 0;
+  command.effort = effort_;
   if (commands_.cuts() != report_.cuts || commands_.expiries() != report_.expiries) publish();
   return command;
 }
@@ -97,6 +104,7 @@ void LineCycle::took(Instant began, const LinkSample& sample, std::string_view f
   } else {
     report_.error = LinkError::none;
     publish();
+    tell_flight(LinkError::none);
   }
   pace_.beat();
 }
@@ -114,6 +122,12 @@ void LineCycle::failed(const LinkFailure& failure) {
   called_ns_.store(MonotonicClock::now().ns, std::memory_order_release);
   metrics_.by_error[static_cast<std::size_t>(failure.error)].add(1);
   const std::string text = name_ + ": " + failure.text;
+  tell_flight(failure.error);
+  if (flight_ && (report_.error != failure.error || !text.starts_with(report_.text.data()))) {
+    // Once for cycles that fail alike: their records tell the kind.
+    flight_.ring->tell(FlightEvent::line_failed, flight_.node, MonotonicClock::now(),
+                       std::string(name_of(failure.error)) + ": " + text);
+  }
   report_.error = failure.error;
   report_.text.fill('\0');
   std::memcpy(report_.text.data(), text.data(), std::min(text.size(), report_.text.size() - 1));
@@ -123,6 +137,26 @@ void LineCycle::failed(const LinkFailure& failure) {
   }
   publish();
   if (failure.reopen) wants_reopen_.store(true, std::memory_order_release);
+}
+
+/// The cycle under way has ended so.
+void LineCycle::tell_flight(LinkError error) {
+  if (!flight_ || given_ == Instant{}) return;
+  const Instant begun = std::exchange(given_, Instant{});
+  for (std::size_t a = 0; a < max_axes; ++a) {
+    exchange_.effort[a] = static_cast<float>(effort_[a]);
+    exchange_.q[a] = static_cast<float>(report_.sample.q[a]);
+  }
+  exchange_.took_s = static_cast<float>((MonotonicClock::now() - begun).seconds());
+  exchange_.command_age_s = static_cast<float>((begun - commanded()).seconds());
+  exchange_.generated_J = static_cast<float>(report_.energy.generated_J);
+  exchange_.allowed_J = static_cast<float>(report_.energy.allowed_J);
+  exchange_.faults = report_.sample.faults;
+  exchange_.error = static_cast<std::uint8_t>(error);
+  exchange_.verdict = static_cast<std::uint8_t>(report_.verdict);
+  exchange_.expired = commands_.has_expired() ? 1 : 0;
+  exchange_.cuts = static_cast<std::uint32_t>(commands_.cuts());
+  flight_.ring->add(FlightKind::exchange, flight_.node, begun, exchange_);
 }
 
 void LineCycle::publish() {

@@ -14,6 +14,7 @@
 #include "devices/hardware/link.hpp"
 #include "devices/hardware/plausibility.hpp"
 #include "framework/node/edge_queue.hpp"
+#include "framework/realtime/flight_ring.hpp"
 #include "framework/realtime/line_energy.hpp"
 #include "framework/realtime/loop_statistics.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
@@ -60,8 +61,10 @@ struct LinkMetrics {
 /// One thread drives the cycles at a time: a LinkRunner's, or that of a device's library by `turn`.
 class LineCycle final : public LinkTurn {
  public:
-  /// `name` of the link, `ours` the limits of the axes as the node knows them. Throws InputError as `check` does.
-  LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing, const LineEnergyOptions& energy);
+  /// `name` of the link, `ours` the limits of the axes as the node knows them; each cycle is told to `flight`. Throws
+  /// InputError as `check` does.
+  LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing, const LineEnergyOptions& energy,
+            const FlightWriter& flight = {});
 
   // The device loop.
 
@@ -100,6 +103,7 @@ class LineCycle final : public LinkTurn {
 
  private:
   void publish();
+  void tell_flight(LinkError error);
 
   const std::string name_;
   const AxisLimits ours_;
@@ -115,6 +119,9 @@ class LineCycle final : public LinkTurn {
   AxisValues effort_{};  // given last
   LinkReport report_;
   Instant turned_;  // since the line was opened
+  const FlightWriter flight_;
+  Instant given_;            // when the cycle under way began; zero: there is none
+  FlightExchange exchange_;  // of that cycle
 
   LinkMetrics metrics_;
   std::atomic<std::uint64_t> samples_{0};

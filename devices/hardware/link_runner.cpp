@@ -26,7 +26,7 @@ LinkRunner::LinkRunner(std::unique_ptr<Link> link, const AxisLimits& limits, Lin
     : link_(std::move(link)),
       settings_(std::move(settings)),
       name_(link_->name()),
-      cycle_(name_, limits, settings_.commands, settings_.energy),
+      cycle_(name_, limits, settings_.commands, settings_.energy, settings_.flight),
       back_off_(settings_.back_off) {
   TACTOR_DEMAND(settings_.rate > 0 && settings_.rate <= TickSchedule::max_rate);
 }

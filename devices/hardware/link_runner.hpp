@@ -26,6 +26,7 @@ struct LinkRunnerSettings {
   Duration back_off_max{2'000'000'000};  ///< the longest
   int failures_before_reopen = 5;        ///< failed cycles in a row
   std::string thread_name = "link";      ///< of the thread; cut to 15 characters
+  FlightWriter flight;                   ///< is told each cycle and each failure
 };
 
 /// Opens a Link and keeps it open, on a thread of its own, which drives the LineCycle: one command and one sample a

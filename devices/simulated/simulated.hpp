@@ -94,7 +94,7 @@ class SimulatedDevice final : public DeviceNode {
   /// the handle was then.
   void report(Report& report) const override;
   /// Of the line, in closed loop.
-  [[nodiscard]] std::optional<LineTotals> line_totals() const;
+  [[nodiscard]] std::optional<LineTotals> line_totals() const override;
 
   Input<Target> target;
   Output<DeviceState> truth;

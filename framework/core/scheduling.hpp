@@ -55,13 +55,21 @@ enum class OnStall : std::uint8_t {
   recover,  ///< the force stays at zero until the step comes back, then ramps up again
 };
 
+/// Whether the last minute of a live run is kept by the flight recorder.
+enum class FlightChoice : std::uint8_t {
+  automatic,  ///< where hardware is driven; its file goes where the run ended well
+  keep,       ///< always, and its file stays
+  off,
+};
+
 /// How a graph runs when the clock is real.
 struct LiveSettings {
   OnMissingPrivilege on_missing_privilege = OnMissingPrivilege::warn;
   OnStall on_stall = OnStall::stop;
   Duration stall_timeout{500'000'000};  ///< a step that takes longer has stalled
   bool impose_cost = false;             ///< results are held back until the declared cost of their step has passed
-  int pool_workers = 0;                 ///< threads of the pool; 0: chosen from the numbers of nodes and cores
+  FlightChoice flight = FlightChoice::automatic;
+  int pool_workers = 0;  ///< threads of the pool; 0: chosen from the numbers of nodes and cores
   ThreadSettings pool{SchedulingPolicy::fifo, 50, std::nullopt};
 
   bool operator==(const LiveSettings&) const = default;

@@ -16,6 +16,7 @@
 namespace tactor {
 
 struct RunLog;
+class FlightFile;
 
 struct EngineOptions {
   /// Under the virtual clock: time every step by the thread's CPU clock.
@@ -96,6 +97,8 @@ class Engine {
   /// follow.
   [[nodiscard]] virtual bool is_abandoned() const { return false; }
 
+  /// Live: the file of the flight recorder; null where there is none.
+  [[nodiscard]] virtual FlightFile* flight() { return nullptr; }
   [[nodiscard]] virtual PlanNodes& nodes() = 0;
   /// The state now; after `finish` that at the end of the run, with histograms.
   [[nodiscard]] virtual EngineStatus status() = 0;

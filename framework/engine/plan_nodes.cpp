@@ -137,10 +137,12 @@ class Metered {
 
 }  // namespace
 
-PlanNodes::PlanNodes(const Plan& plan, NodeMeter* meter) : plan_(plan), meter_(meter) {
+PlanNodes::PlanNodes(const Plan& plan, NodeMeter* meter, FlightRing* flight) : plan_(plan), meter_(meter) {
   const std::optional<HandPath> hand = hand_path(plan);
   for (const NodeSpec& spec : plan.nodes) {
-    const NodeContext context = context_of(plan.graph, spec, hand ? &*hand : nullptr, &notes_);
+    NodeContext context = context_of(plan.graph, spec, hand ? &*hand : nullptr, &notes_);
+    context.flight = flight;
+    context.index = nodes_.size();
     const Metered metered(meter_, nodes_.size(), NodeMeter::Work::make);
     at_place(plan.graph, spec, [&] { nodes_.push_back(spec.info->create(spec.params, context)); });
   }

@@ -27,8 +27,8 @@ class NodeMeter {
 class PlanNodes {
  public:
   /// Makes the nodes. Throws YamlError with the node's place and name where a node refuses its input. `meter` is told
-  /// of their work; it outlives this, and is null where nobody asks.
-  explicit PlanNodes(const Plan& plan, NodeMeter* meter = nullptr);
+  /// of their work; it outlives this, and is null where nobody asks; so is `flight`, where lines tell their cycles.
+  explicit PlanNodes(const Plan& plan, NodeMeter* meter = nullptr, FlightRing* flight = nullptr);
 
   /// In a reference run: every node meets its counterpart in the run under test.
   void follow(const PlanNodes& tested);

@@ -19,6 +19,10 @@ void fields(Visit& visit, LiveSettings& live) {
   visit.field("stall_timeout", live.stall_timeout,
               {.doc = "a step that takes longer has stalled", .unit = "s", .min = 0, .above_min = true});
   visit.field("impose_cost", live.impose_cost, {.doc = "a step takes at least its declared cost"});
+  visit.choice(
+      "flight", live.flight, flight_words,
+      {.doc = "the last minute of the run, for `tactor flight`: `auto` records it where hardware is driven, and "
+              "keeps the file where something went wrong; `keep` always does both"});
   visit.map("pool", {.doc = "the threads of all light nodes"}, [&live](auto& pool) {
     pool.only(live.pool_workers > 0, "", [&] {
       pool.field("workers", live.pool_workers,

@@ -15,6 +15,8 @@ inline const std::vector<std::string> policy_words{"other", "fifo", "round_robin
 inline const std::vector<std::string> on_missing_privilege_words{"warn", "fail"};
 inline const std::vector<std::string> on_stall_words{"stop", "recover"};
 
+inline const std::vector<std::string> flight_words{"auto", "keep", "off"};
+
 inline const std::string& word(Lane value) {
   return lane_words[static_cast<std::size_t>(value)];
 }
@@ -26,6 +28,9 @@ inline const std::string& word(OnMissingPrivilege value) {
 }
 inline const std::string& word(OnStall value) {
   return on_stall_words[static_cast<std::size_t>(value)];
+}
+inline const std::string& word(FlightChoice value) {
+  return flight_words[static_cast<std::size_t>(value)];
 }
 
 /// The value that the word at the same place of its list stands for.

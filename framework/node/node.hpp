@@ -1,6 +1,7 @@
 // The node contract: a plain class without its own thread, lock or clock; an engine decides when it steps.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -14,6 +15,8 @@
 namespace tactor {
 
 class Pace;
+class FlightRing;
+struct FlightDevice;
 
 /// Where a graph leads the hand, as its sources know it before the run.
 struct HandPath {
@@ -47,6 +50,8 @@ struct NodeContext {
   /// The node adds notes here that the user should read but that do not stop the run, each once; null: not wanted.
   std::vector<std::string>* notes = nullptr;
   std::vector<LimitedParameter>* limits = nullptr;  ///< the node adds here what `note_limit` says; null: not wanted
+  FlightRing* flight = nullptr;                     ///< where the line of a device tells its cycles; null: nowhere
+  std::size_t index = 0;                            ///< of the node in the plan, for `flight`
 
   /// Adds a note that says that `by` takes the place of what `parameter` asks for; experiments refuse such a setting.
   void note_limit(const std::string& parameter, const std::string& by, const std::string& note) const {
@@ -75,12 +80,16 @@ class StepContext {
   /// Tells how many items (contacts, ...) this step worked on; cost models charge for them.
   void add_work(std::int64_t items) { work_ += items; }
   [[nodiscard]] std::int64_t work() const { return work_; }
+  /// Where a device tells what it did at this tick, for the flight recorder; null: nobody asks.
+  [[nodiscard]] FlightDevice* flight() const { return flight_; }
+  void tell_flight(FlightDevice* flight) { flight_ = flight; }
 
  private:
   Time now_;
   Phase phase_;
   bool at_rest_ = true;
   std::int64_t work_ = 0;
+  FlightDevice* flight_ = nullptr;
 };
 
 /// A node. Its ports are members of the derived class; its constructor gets checked parameters and throws InputError

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "framework/core/check.hpp"
@@ -24,6 +25,10 @@ bool is_finite(const DeviceState& s) {
   const Quat& R = s.X_WD.R;
   return is_finite(s.X_WD.p) && is_finite(s.V_WD.v) && is_finite(s.V_WD.w) && std::isfinite(R.w) &&
          std::isfinite(R.x) && std::isfinite(R.y) && std::isfinite(R.z);
+}
+
+FlightVector flight_vector(const Vec3& v) {
+  return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
 bool same(const Stamp& a, const Stamp& b) {
@@ -152,7 +157,28 @@ void DeviceNode::step(StepContext& context) {
   commanded.send(now, output.commanded_D_W);
   safety.send(now, output.safety);
   if (context.phase() == Phase::stopping && !gate_.at_rest()) context.not_at_rest();
+  if (FlightDevice* const flight = context.flight()) tell(*flight, input, output, context.phase());
   end_if_it_failed_for_long(now, health);
+}
+
+void DeviceNode::tell(FlightDevice& flight, const SafetyInput& input, const SafetyOutput& output, Phase phase) const {
+  constexpr float none = std::numeric_limits<float>::quiet_NaN();
+  flight.p_WD = flight_vector(sample_.state.X_WD.p);
+  flight.v_WD = flight_vector(sample_.state.V_WD.v);
+  flight.wanted_force = input.wanted_D_W ? flight_vector(input.wanted_D_W->force) : FlightVector{none, none, none};
+  flight.wanted_torque = input.wanted_D_W ? flight_vector(input.wanted_D_W->torque) : FlightVector{none, none, none};
+  flight.commanded_force = flight_vector(output.commanded_D_W.force);
+  flight.commanded_torque = flight_vector(output.commanded_D_W.torque);
+  flight.result_age_s = any_segment_ ? static_cast<float>((input.now - used_.valid).seconds()) : none;
+  flight.sample_age_s = any_sample_ ? static_cast<float>((input.now - sample_.time).seconds()) : none;
+  flight.gain = static_cast<float>(output.safety.gain);
+  const std::optional<LineTotals> totals = line_totals();
+  flight.generated_J = totals ? static_cast<float>(totals->generated_J) : none;
+  flight.allowed_J = totals ? static_cast<float>(totals->allowed_J) : none;
+  flight.engagement = static_cast<std::uint8_t>(output.safety.engagement);
+  flight.cause = static_cast<std::uint8_t>(output.safety.cause);
+  flight.health = static_cast<std::uint8_t>(input.health);
+  flight.phase = static_cast<std::uint8_t>(phase);
 }
 
 ForceAccount DeviceNode::account() const {

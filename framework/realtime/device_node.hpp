@@ -7,6 +7,8 @@
 
 #include "framework/core/messages.hpp"
 #include "framework/node/node.hpp"
+#include "framework/realtime/flight_record.hpp"
+#include "framework/realtime/line_energy.hpp"
 #include "framework/realtime/safety_gate.hpp"
 
 namespace tactor {
@@ -66,6 +68,8 @@ class DeviceNode : public Node {
   [[nodiscard]] bool lacks_dead_man() const { return lacks_dead_man_; }
   /// What became of its force so far; asked after a run.
   [[nodiscard]] virtual ForceAccount account() const;
+  /// What was counted on its line so far; absent where nothing is.
+  [[nodiscard]] virtual std::optional<LineTotals> line_totals() const { return std::nullopt; }
 
   Input<ForceSegment> segment;
   Output<DeviceState> state;
@@ -94,6 +98,7 @@ class DeviceNode : public Node {
   /// How long the segment that has come stays fresh; zero: none has come, or it is not fresh.
   Duration take_segment(Time now);
   void end_if_it_failed_for_long(Time now, DeviceHealth health);
+  void tell(FlightDevice& flight, const SafetyInput& input, const SafetyOutput& output, Phase phase) const;
 
   std::string name_;
   bool rotates_;

@@ -523,4 +523,8 @@ Duration Session::cpu_time() const {
   return run_->engine->cpu_time();
 }
 
+FlightFile* Session::flight() {
+  return run_->engine->flight();
+}
+
 }  // namespace tactor

@@ -178,6 +178,8 @@ class Session {
   [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const;
   [[nodiscard]] EdgeStatistics edge_statistics(std::size_t edge) const;
   [[nodiscard]] Duration cpu_time() const;
+  /// Live, at any time: the file of the flight recorder; null where there is none.
+  [[nodiscard]] FlightFile* flight();
 
  private:
   void end_tap(const Tap& tap);

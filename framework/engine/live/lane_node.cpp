@@ -4,6 +4,7 @@
 #include <string>
 
 #include "framework/core/messages.hpp"
+#include "framework/realtime/device_node.hpp"
 
 namespace tactor {
 
@@ -14,7 +15,8 @@ constexpr std::size_t most_tunings = 64;
 
 }  // namespace
 
-LaneNode::LaneNode(PlanNodes& nodes, std::size_t node, const std::vector<bool>& inner, std::size_t first_port)
+LaneNode::LaneNode(PlanNodes& nodes, std::size_t node, const std::vector<bool>& inner, std::size_t first_port,
+                   FlightRing* flight)
     : nodes_(nodes),
       node_(node),
       first_port_(first_port),
@@ -23,6 +25,10 @@ LaneNode::LaneNode(PlanNodes& nodes, std::size_t node, const std::vector<bool>& 
       end_to_end_(std::make_unique<LatencyHistogram>()),
       body_time_(std::make_unique<LatencyHistogram>()) {
   const NodeSpec& spec = nodes.plan().nodes[node];
+  if (flight != nullptr) {
+    const bool is_device = dynamic_cast<const DeviceNode*>(&nodes[node]) != nullptr;
+    flight_.emplace(FlightWriter{flight, node}, *spec.info, is_device);
+  }
   for (const InputBase* input : tick_.inputs()) {
     inputs_.push_back(
         {&input->type() == &message_type<ForceSegment>(), Time{INT64_MIN}, std::make_unique<LatencyHistogram>()});
@@ -81,6 +87,7 @@ void LaneNode::tick(const Tick& tick, Phase phase, Ring& out) {
     applied_.fetch_add(1, std::memory_order_release);
   }
   StepContext context(tick.deadline, phase);
+  if (flight_) context.tell_flight(flight_->device());
   header.tick = tick.number;
   tick_.make(
       context, [&](std::size_t i, EdgeQueue& queue) { take_in(inputs_[i], queue, tick.deadline); },
@@ -89,6 +96,7 @@ void LaneNode::tick(const Tick& tick, Phase phase, Ring& out) {
         header.size = static_cast<std::uint32_t>(tick_.outputs()[output]->type().size);
         header.stamp.valid = valid;
         out.push(header, value);
+        if (flight_) flight_->sent(output, value);
       });
   TickEvent event{.node = static_cast<std::int32_t>(node_),
                   .inputs = static_cast<std::int32_t>(inputs_.size()),
@@ -96,7 +104,10 @@ void LaneNode::tick(const Tick& tick, Phase phase, Ring& out) {
                   .phase = phase,
                   .sets = applied_.load(std::memory_order_relaxed)};
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
-    if (const MessageView newest = tick_.inputs()[i]->queue().newest()) event.seen[i] = newest.stamp->sequence + 1;
+    const MessageView newest = tick_.inputs()[i]->queue().newest();
+    if (!newest) continue;
+    event.seen[i] = newest.stamp->sequence + 1;
+    if (flight_) flight_->age(i, tick.deadline - newest.stamp->valid);
   }
   header.port = tick_done;
   header.size = sizeof event;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "framework/engine/lane_tick.hpp"
+#include "framework/engine/live/lane_flight.hpp"
 #include "framework/engine/run_events.hpp"
 #include "framework/realtime/latency_histogram.hpp"
 #include "framework/realtime/loop_statistics.hpp"
@@ -27,8 +28,9 @@ class LaneNode {
   static constexpr std::int32_t tick_done = -1;
 
   /// `nodes` and its plan must outlive it. Its outputs have the ports from `first_port` on. Throws InputError where
-  /// more edges end at the node than a TickEvent tells of.
-  LaneNode(PlanNodes& nodes, std::size_t node, const std::vector<bool>& inner, std::size_t first_port);
+  /// more edges end at the node than a TickEvent tells of. Each tick is told to `flight`; null: to nobody.
+  LaneNode(PlanNodes& nodes, std::size_t node, const std::vector<bool>& inner, std::size_t first_port,
+           FlightRing* flight = nullptr);
 
   // The engine, one thread at a time.
 
@@ -51,6 +53,10 @@ class LaneNode {
   void took(Duration time) {
     body_time_->record(time);
     body_ns_.add(time.ns);
+  }
+  /// Tells the flight recorder of the tick that has just ended; `woke` is when the loop woke for it.
+  void tell_flight(const Tick& tick, Instant woke, Duration body) {
+    if (flight_) flight_->ended(tick.deadline, woke, body);
   }
   /// The node has thrown, and does not step again.
   void fail(std::exception_ptr thrown) {
@@ -88,6 +94,7 @@ class LaneNode {
   const std::size_t node_;
   const std::size_t first_port_;
   LaneTick tick_;
+  std::optional<LaneFlight> flight_;                 // none: nothing is recorded
   std::vector<In> inputs_;                           // by edge of `tick_`
   Ring tuned_;                                       // pointers to parameters, into the loop
   std::deque<std::shared_ptr<const void>> tunings_;  // those whose tick has not come back, the oldest first

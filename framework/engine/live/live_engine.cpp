@@ -24,7 +24,8 @@ constexpr ThreadSettings timer_settings{SchedulingPolicy::fifo, 70, std::nullopt
 
 LiveEngine::LiveEngine(const Plan& plan, const EngineOptions& options)
     : plan_(plan),
-      nodes_(plan),
+      flight_(plan),
+      nodes_(plan, nullptr, flight_.ring()),
       step_times_(plan),
       lanes_(plan_lanes(plan)),
       steps_(plan),
@@ -32,6 +33,7 @@ LiveEngine::LiveEngine(const Plan& plan, const EngineOptions& options)
   check_dead_man(nodes_, options.without_dead_man);
   const std::string refused = check_privileges(plan_, lanes_, timer_settings);
   if (!refused.empty()) nodes_.note(refused);
+  if (!flight_.refused().empty()) nodes_.note(flight_.refused());
   make_lanes();
   if (options.keeps_step_times) step_times_.keep(*dispatcher_);
   for (std::size_t e = 0; e < plan.edges.size(); ++e) age_.push_back(std::make_unique<LatencyHistogram>());
@@ -68,7 +70,7 @@ void LiveEngine::make_lanes() {
   dispatcher_ = std::make_unique<Dispatcher>(nodes_, chains, lanes);
   for (std::size_t c = 0; c < chains.nodes.size(); ++c) {
     const ThreadSettings& settings = lanes_.realtime[chains.nodes[c].front()].value();
-    loops_.push_back(std::make_unique<RealtimeLane>(nodes_, chains, c, settings));
+    loops_.push_back(std::make_unique<RealtimeLane>(nodes_, chains, c, settings, flight_.ring()));
   }
 }
 
@@ -91,6 +93,7 @@ void LiveEngine::granted(const ThreadGrant& grant) {
 
 void LiveEngine::start_threads() {
   origin_ = MonotonicClock::now() + head_start;
+  flight_.start(origin_);
   for (const auto& loop : loops_) granted(loop->start(origin_));
   // Last, because it lets the first steps begin.
   timer_.thread = make_thread("timer", [this] { keep_time(); });
@@ -158,8 +161,10 @@ void LiveEngine::step(std::size_t node) {
   std::string error;
   const Duration cpu = measured ? clock_time(CLOCK_THREAD_CPUTIME_ID) : Duration{};
   try {
+    const SteppingNode stepping(node);
     for (const auto& params : tuned) nodes_.set(node, params.get());
     nodes_.step(node, context);
+    flight_.stepped(node, nodes_);
   } catch (const std::exception& e) {
     error = e.what();
   }
@@ -177,7 +182,7 @@ void LiveEngine::step(std::size_t node) {
   } else {
     // It stays busy and never steps again; the rest goes on while the devices ramp down.
     steps_[node].failed = true;
-    fail(error);
+    fail(error, node);
     dispatcher_->failed(node);
   }
   steps_.begin_ready(*dispatcher_);
@@ -220,6 +225,7 @@ void LiveEngine::set(std::size_t node, std::shared_ptr<const void> params, const
     throw RunError("node " + plan_.nodes[node].name + " is given parameters faster than it ticks");
   }
   dispatcher_->tell_set(now, event);
+  flight_.set(event);
   wake_others();
 }
 
@@ -240,7 +246,8 @@ void LiveEngine::release_held() {
   }
 }
 
-void LiveEngine::fail(const std::string& why) {
+void LiveEngine::fail(const std::string& why, std::optional<std::size_t> node) {
+  flight_.failed(why, node);
   if (!failure_) failure_ = why;
   // At once, and not when the calling thread next looks: a disk or a terminal may hold that up.
   if (dispatcher_->phase() != Phase::stopping) begin_stop(true);

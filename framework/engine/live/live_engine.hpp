@@ -9,6 +9,7 @@
 #include "framework/engine/live/actor_steps.hpp"
 #include "framework/engine/live/lane_actors.hpp"
 #include "framework/engine/live/lane_plan.hpp"
+#include "framework/engine/live/live_flight.hpp"
 #include "framework/engine/live/priority_mutex.hpp"
 #include "framework/engine/live/realtime_lane.hpp"
 #include "framework/engine/live/stall_watch.hpp"
@@ -56,6 +57,7 @@ class LiveEngine final : public Engine, private ExternalInputs {
   [[nodiscard]] std::optional<std::string> failure() const override;
   [[nodiscard]] bool is_abandoned() const override { return abandoned_; }
   [[nodiscard]] PlanNodes& nodes() override { return nodes_; }
+  [[nodiscard]] FlightFile* flight() override { return flight_.file(); }
   [[nodiscard]] EngineStatus status() override;
   [[nodiscard]] NodeStatistics node_statistics(std::size_t node) const override { return steps_[node].statistics; }
   [[nodiscard]] std::vector<Duration> step_times(std::size_t node) const override { return step_times_.of(node); }
@@ -101,7 +103,8 @@ class LiveEngine final : public Engine, private ExternalInputs {
   /// What a tick of a node in a loop sent becomes visible.
   void publish_tick(RealtimeLane& loop);
   [[nodiscard]] Time next_look(Time now) const;
-  void fail(const std::string& why);
+  /// The run fails, because of a node where one is named.
+  void fail(const std::string& why, std::optional<std::size_t> node = {});
   void look_for_stalls();
   void look_for_failure(std::size_t node);
   [[nodiscard]] std::int64_t steps_ended(std::size_t node) const;
@@ -123,6 +126,7 @@ class LiveEngine final : public Engine, private ExternalInputs {
   void attend_until(const Attendance& attendance, Duration longest, const std::function<bool()>& done);
 
   const Plan& plan_;
+  LiveFlight flight_;
   PlanNodes nodes_;
   std::optional<std::string> failure_;
   bool finished_ = false;

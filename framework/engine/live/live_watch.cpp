@@ -97,13 +97,15 @@ void LiveEngine::look_for_stalls() {
     const bool idle =
         loop != nullptr ? !loop->loop().running() || loop->stepping() != n : !dispatcher_->busy(n) || steps_.is_held(n);
     const StallWatch::Node& watched = stalls_.look(n, steps_ended(n), idle);
+    flight_.watch(n, watched.stalled, watched.moved);
     if (watched.stalled && plan_.graph.live.on_stall == OnStall::stop) {
       // To the period of the looks, which is all that is known.
       const auto rounded = [](Duration d) { return duration_text(Duration{d.ns / 10'000'000 * 10'000'000}); };
       fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") has stalled: its step, begun " +
-           rounded(watched.moved - Time{}) + " after the start of the run, has not come back for " +
-           rounded(now - watched.moved) + "; live.stall_timeout of the graph is " +
-           duration_text(plan_.graph.live.stall_timeout) + shared_text(n));
+               rounded(watched.moved - Time{}) + " after the start of the run, has not come back for " +
+               rounded(now - watched.moved) + "; live.stall_timeout of the graph is " +
+               duration_text(plan_.graph.live.stall_timeout) + shared_text(n),
+           n);
     }
   }
 }
@@ -115,7 +117,7 @@ void LiveEngine::look_for_failure(std::size_t node) {
   try {
     std::rethrow_exception(thrown);
   } catch (const std::exception& e) {
-    fail(e.what());
+    fail(e.what(), node);
   }
 }
 
@@ -211,7 +213,7 @@ void LiveEngine::finish(const Attendance& attendance) {
     abandoned_ = true;
     const std::scoped_lock lock(mutex_);
     const std::size_t n = loop->stepping();
-    fail("node " + plan_.nodes[n].name + " does not come back from its step" + shared_text(n));
+    fail("node " + plan_.nodes[n].name + " does not come back from its step" + shared_text(n), n);
   }
   attend_until(attendance, longest_step_at_end, [this] {
     const std::scoped_lock lock(mutex_);
@@ -222,12 +224,12 @@ void LiveEngine::finish(const Attendance& attendance) {
     const std::scoped_lock lock(mutex_);
     for (const std::size_t n : busy_nodes()) {
       abandoned_ = true;
-      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") does not come back from its step");
+      fail("node " + plan_.nodes[n].name + " (" + plan_.nodes[n].info->type + ") does not come back from its step", n);
     }
     for (const std::size_t n : devices_not_at_rest()) {
       // Beside whatever else was wrong, since a person has it in the hand.
       const std::string text = "device node " + plan_.nodes[n].name + " has not stopped: its last force may still act";
-      fail(failure_ ? std::exchange(failure_, std::nullopt).value() + "; " + text : text);
+      fail(failure_ ? std::exchange(failure_, std::nullopt).value() + "; " + text : text, n);
     }
     drain_loops();
   }
@@ -238,6 +240,7 @@ void LiveEngine::finish(const Attendance& attendance) {
     steps_[n].statistics.missed_ticks = status_.nodes[n].missed_ticks;
   }
   finished_ = true;
+  flight_.end(failure_.has_value());
   if (!abandoned_) end_threads();
 }
 

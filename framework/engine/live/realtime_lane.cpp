@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "framework/realtime/crash_note.hpp"
 #include "framework/realtime/monotonic_clock.hpp"
 
 namespace tactor {
@@ -35,7 +36,8 @@ Pace* pace_of(PlanNodes& nodes, const std::vector<std::size_t>& chain) {
 
 }  // namespace
 
-RealtimeLane::RealtimeLane(PlanNodes& nodes, const Chains& chains, std::size_t chain, const ThreadSettings& settings)
+RealtimeLane::RealtimeLane(PlanNodes& nodes, const Chains& chains, std::size_t chain, const ThreadSettings& settings,
+                           FlightRing* flight)
     : schedule_(nodes.plan().nodes[chains.nodes[chain].front()].rate().value()),
       left_(chains.nodes[chain].size()),
       out_payload_(largest_payload(nodes.plan(), chains.nodes[chain])),
@@ -47,7 +49,7 @@ RealtimeLane::RealtimeLane(PlanNodes& nodes, const Chains& chains, std::size_t c
              .pace = pace_},
             [this](const Tick& t) { tick(t); }) {
   for (const std::size_t n : chains.nodes[chain]) {
-    nodes_.push_back(std::make_unique<LaneNode>(nodes, n, chains.inner, ports_.size()));
+    nodes_.push_back(std::make_unique<LaneNode>(nodes, n, chains.inner, ports_.size(), flight));
     const std::size_t outputs = nodes.plan().nodes[n].info->outputs.size();
     for (std::size_t o = 0; o < outputs; ++o) ports_.push_back({n, o});
   }
@@ -105,12 +107,14 @@ Time RealtimeLane::next_look(Time now) const {
 
 void RealtimeLane::tick(const Tick& tick) {
   const Phase phase = phase_.load(std::memory_order_acquire);
-  Instant begun = MonotonicClock::now();
+  const Instant woke = MonotonicClock::now();
+  Instant begun = woke;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     LaneNode& node = *nodes_[i];
     if (node.has_failed()) continue;
     stepping_.store(i, std::memory_order_relaxed);
     try {
+      const SteppingNode stepping(node.node());
       node.tick(tick, phase, *out_);
     } catch (...) {
       if (--left_ == 0) throw;
@@ -118,6 +122,7 @@ void RealtimeLane::tick(const Tick& tick) {
     }
     const Instant ended = MonotonicClock::now();
     node.took(ended - begun);
+    if (!node.has_failed()) node.tell_flight(tick, woke, ended - begun);
     begun = ended;
   }
   stepping_.store(0, std::memory_order_relaxed);

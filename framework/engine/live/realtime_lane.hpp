@@ -31,7 +31,9 @@ class RealtimeLane {
   };
 
   /// `nodes` and its plan must outlive the lane. `chain` is an index into Chains::nodes; `settings` are of its thread.
-  RealtimeLane(PlanNodes& nodes, const Chains& chains, std::size_t chain, const ThreadSettings& settings);
+  /// Its ticks are told to `flight`; null: to nobody.
+  RealtimeLane(PlanNodes& nodes, const Chains& chains, std::size_t chain, const ThreadSettings& settings,
+               FlightRing* flight = nullptr);
 
   /// A node of the chain, by its index into the plan.
   [[nodiscard]] LaneNode& operator[](std::size_t node) { return *nodes_[position_of(node)]; }
