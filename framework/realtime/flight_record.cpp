@@ -19,7 +19,8 @@ template <>
 const MessageType& message_type<FlightTick>() {
   static const MessageType type =
       Describe<FlightTick>("tactor.FlightTick", "", "A tick of a node in the real-time lane that is no device.")
-          .field("lateness", "s", &FlightTick::lateness_s, "From the deadline of the tick until its loop woke.")
+          .field("lateness", "s", &FlightTick::lateness_s,
+                 "From the deadline, of the first tick that it was late for, until its loop woke.")
           .field("body", "s", &FlightTick::body_s, "Time that the step took.")
           .field("input_age", "s", &FlightTick::input_age_s,
                  "By edge into the node, in the order of the plan: the time since its newest message was valid. NaN: "
@@ -32,7 +33,8 @@ template <>
 const MessageType& message_type<FlightDevice>() {
   static const MessageType type =
       Describe<FlightDevice>("tactor.FlightDevice", "W", "A tick of a device. Wrenches act on the device.")
-          .field("lateness", "s", &FlightDevice::lateness_s, "From the deadline of the tick until its loop woke.")
+          .field("lateness", "s", &FlightDevice::lateness_s,
+                 "From the deadline, of the first tick that it was late for, until its loop woke.")
           .field("body", "s", &FlightDevice::body_s, "Time that the step took.")
           .field("p_WD", "m", &FlightDevice::p_WD, "Position of the handle.")
           .field("v_WD", "m/s", &FlightDevice::v_WD, "Velocity of the handle.")

@@ -38,7 +38,7 @@ const char* name_of(FlightEvent event);
 /// A tick of a node in the real-time lane that is no device.
 struct FlightTick {
   static constexpr std::size_t most_inputs = 8;
-  float lateness_s = 0;  ///< from the deadline of the tick until its loop woke
+  float lateness_s = 0;  ///< from the deadline, of the first tick that it was late for, until its loop woke
   float body_s = 0;      ///< that the step took
   /// By edge into the node, in the order of the plan: the time since the newest message was valid; NaN: there is none.
   std::array<float, most_inputs> input_age_s = [] {
@@ -52,7 +52,7 @@ using FlightVector = std::array<float, 3>;  ///< x, y, z
 
 /// A tick of a device. Vectors are expressed in the world W; wrenches are on the device D.
 struct FlightDevice {
-  float lateness_s = 0;             ///< from the deadline of the tick until its loop woke
+  float lateness_s = 0;             ///< as in FlightTick
   float body_s = 0;                 ///< that the step took
   FlightVector p_WD{};              ///< m
   FlightVector v_WD{};              ///< m/s

@@ -1,6 +1,7 @@
 // What the flight recorder is told of a node in the real-time lane.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 
 #include "framework/core/messages.hpp"
@@ -16,8 +17,9 @@ class LaneFlight {
   /// More numbers than that in a message are not looked at.
   static constexpr std::size_t most_numbers = 128;
 
-  LaneFlight(const FlightWriter& writer, const NodeInfo& info, bool is_device)
-      : writer_(writer), info_(info), is_device_(is_device), watch_(info.outputs, most_numbers) {}
+  /// `period` is that of the loop.
+  LaneFlight(const FlightWriter& writer, const NodeInfo& info, bool is_device, Duration period)
+      : writer_(writer), info_(info), is_device_(is_device), period_(period), watch_(info.outputs, most_numbers) {}
 
   /// Where a device tells of the tick; null for another node.
   [[nodiscard]] FlightDevice* device() { return is_device_ ? &device_ : nullptr; }
@@ -28,7 +30,10 @@ class LaneFlight {
   /// The tick with that deadline has ended; its loop woke at `woke`, and the step took `body`.
   void ended(Time deadline, Instant woke, Duration body) noexcept {
     const Instant due = writer_.ring->origin() + (deadline - Time{});
-    const auto lateness = static_cast<float>((woke - due).seconds()), took = static_cast<float>(body.seconds());
+    // From the first deadline that has no tick: a loop that woke late makes one for the last of them.
+    const Instant first_due = last_due_ == Instant{} ? due : std::min(due, last_due_ + period_);
+    last_due_ = due;
+    const auto lateness = static_cast<float>((woke - first_due).seconds()), took = static_cast<float>(body.seconds());
     if (is_device_) {
       device_.lateness_s = lateness;
       device_.body_s = took;
@@ -48,6 +53,8 @@ class LaneFlight {
   const FlightWriter writer_;
   const NodeInfo& info_;
   const bool is_device_;
+  const Duration period_;
+  Instant last_due_;  // of the tick before; zero: there was none
   FiniteWatch watch_;
   FlightDevice device_;
   FlightTick tick_;

@@ -27,7 +27,7 @@ LaneNode::LaneNode(PlanNodes& nodes, std::size_t node, const std::vector<bool>& 
   const NodeSpec& spec = nodes.plan().nodes[node];
   if (flight != nullptr) {
     const bool is_device = dynamic_cast<const DeviceNode*>(&nodes[node]) != nullptr;
-    flight_.emplace(FlightWriter{flight, node}, *spec.info, is_device);
+    flight_.emplace(FlightWriter{flight, node}, *spec.info, is_device, Duration::from_rate(spec.rate().value()));
   }
   for (const InputBase* input : tick_.inputs()) {
     inputs_.push_back(
