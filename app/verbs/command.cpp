@@ -18,10 +18,11 @@ int run_command(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer("Exit codes: " + std::string(exit_codes));
   int exit_code = 0;
-  for (const auto add : {add_demo,   add_new,     add_run,    add_compare, add_study,  add_check,     add_explain,
-                         add_lean,   add_graph,   add_nodes,  add_schema,  add_export, add_import,    add_view,
-                         add_bridge, add_replay,  add_verify, add_repair,  add_mesh,   add_migrate,   add_devices,
-                         add_device, add_emulate, add_doctor, add_bundle,  add_task,   add_reference, add_complete}) {
+  for (const auto add :
+       {add_demo,   add_new,    add_run,    add_compare,   add_study,   add_check,   add_explain, add_lean,
+        add_graph,  add_nodes,  add_schema, add_export,    add_import,  add_view,    add_bridge,  add_replay,
+        add_verify, add_repair, add_flight, add_mesh,      add_migrate, add_devices, add_device,  add_emulate,
+        add_doctor, add_bundle, add_task,   add_reference, add_complete}) {
     add(app, exit_code);
   }
   refuse_unknown_verb(app, std::vector<std::string>(argv + 1, argv + argc));

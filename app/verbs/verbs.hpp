@@ -26,6 +26,7 @@ void add_replay(CLI::App& app, int& exit_code);
 void add_verify(CLI::App& app, int& exit_code);
 void add_view(CLI::App& app, int& exit_code);
 void add_repair(CLI::App& app, int& exit_code);
+void add_flight(CLI::App& app, int& exit_code);
 void add_mesh(CLI::App& app, int& exit_code);
 void add_new(CLI::App& app, int& exit_code);
 void add_migrate(CLI::App& app, int& exit_code);
