@@ -28,9 +28,9 @@ constexpr const char* study_table = "study.sqlite";
 
 /// What runs and comparisons leave, what only they can have left first. A study's table, which --resume goes on with,
 /// is not theirs.
-constexpr std::array<std::string_view, 10> left_by_runs{
-    "summary.json",       "recording.h5",       "compare.sqlite",      "compare.json", "report.html",
-    "compare.sqlite-wal", "compare.sqlite-shm", "compare.sqlite.lock", "graph.yaml",   "latencies.csv"};
+constexpr std::array<std::string_view, 11> left_by_runs{
+    "summary.json",       "recording.h5",        "compare.sqlite", "compare.json",  "report.html", "compare.sqlite-wal",
+    "compare.sqlite-shm", "compare.sqlite.lock", "graph.yaml",     "latencies.csv", "flight.ring"};
 constexpr std::size_t telling = 4;  // of left_by_runs: what tells that a command has left its results here
 
 /// The first result of a run or a comparison that lies in the folder; empty where none does.

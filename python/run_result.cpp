@@ -17,6 +17,7 @@
 #include "app/run/summary.hpp"
 #include "framework/core/message_json.hpp"
 #include "framework/core/user_folders.hpp"
+#include "framework/realtime/flight_file.hpp"
 #include "framework/session/session.hpp"
 #include "python/errors.hpp"
 #include "python/file_text.hpp"
@@ -106,6 +107,7 @@ std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) 
       made->folder = results->path().string();
       options.before_writing = [&results] { results->clear(); };
       options.recording = results->path() / "recording.h5";
+      options.flight = results->path() / flight_name;
     }
     options.keeps_tables = true;
     options.traces = true;

@@ -9,9 +9,6 @@
 
 namespace tactor {
 
-/// The name of the file in a folder of results.
-inline constexpr const char* flight_name = "flight.ring";
-
 struct FlightSource {
   std::filesystem::path path;
   std::string bytes;

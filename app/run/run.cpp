@@ -17,8 +17,10 @@
 #include "app/run/references.hpp"
 #include "app/run/sha256.hpp"
 #include "framework/core/clock.hpp"
+#include "framework/core/shell_word.hpp"
 #include "framework/graph/plan_metrics.hpp"
 #include "framework/graph/texts.hpp"
+#include "framework/realtime/flight_file.hpp"
 #include "framework/record/recorder.hpp"
 #include "framework/session/session.hpp"
 
@@ -319,6 +321,17 @@ void run_to_end(Session& session, const std::function<void()>& drive, Follower* 
   if (!result.failure) result.failure = session.failure();
 }
 
+/// Keeps the file of the flight recorder where that is worth a look: where it is now, in words; else empty.
+std::string keep_flight(Session& session, const RunOptions& options, RunResult& result) {
+  FlightFile* const flight = session.flight();
+  if (flight == nullptr || !flight->is_to_stay()) return {};
+  if (options.flight) attempt(result, [&] { flight->move_to(*options.flight); });
+  const std::string text =
+      "the flight recorder kept its last minute; see: tactor flight " + as_typed(flight->path().string());
+  if (result.failure && options.note) options.note(text);
+  return text;
+}
+
 void execute(const Plan& plan, const RunOptions& options, const std::optional<Reference>& recorded, RunResult& result) {
   Session session(plan, {.engine = {.measure_cpu = true,
                                     .keeps_step_times = options.keeps_step_times,
@@ -338,6 +351,7 @@ void execute(const Plan& plan, const RunOptions& options, const std::optional<Re
   const Duration cpu = session.cpu_time();
   const double wall = clock_seconds(CLOCK_MONOTONIC);
   run_to_end(session, drive, follower.get(), recorder, traced, options, result);
+  const std::string flight = keep_flight(session, options, result);
   result.cpu_s = (session.cpu_time() - cpu).seconds();
   result.wall_s = clock_seconds(CLOCK_MONOTONIC) - wall;
   // A recording that has failed is left as the last flush has it.
@@ -358,6 +372,7 @@ void execute(const Plan& plan, const RunOptions& options, const std::optional<Re
   add_devices(status, result);
   // The nodes of an abandoned run cannot be asked: one of them is still at work.
   judge(plan, options, recorded, result.abandoned ? nullptr : &session.nodes(), result);
+  if (!flight.empty()) result.remarks.push_back(flight);
 }
 
 }  // namespace

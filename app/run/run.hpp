@@ -111,6 +111,8 @@ class RunWatcher {
 
 struct RunOptions {
   std::optional<std::filesystem::path> recording;  ///< where to record what the graph asks for; absent: nowhere
+  /// Where to keep the file of the flight recorder, where there is one that is to stay; absent: where it is.
+  std::optional<std::filesystem::path> flight;
   std::filesystem::path cache_folder;
   /// The plan whose reference run judges this one, with the same sinks; null: the plan itself.
   const Plan* reference = nullptr;

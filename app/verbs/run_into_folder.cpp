@@ -19,6 +19,7 @@
 #include "app/terminal.hpp"
 #include "app/verbs/value_types.hpp"
 #include "framework/core/user_folders.hpp"
+#include "framework/realtime/flight_file.hpp"
 
 namespace tactor {
 
@@ -64,6 +65,7 @@ RunResult run_into_folder(const Plan& plan, const ResultsFolder& results, RunOpt
   EventLog log(telling.log_json);
   const fs::path& folder = results.path();
   options.recording = folder / "recording.h5";
+  options.flight = folder / flight_name;
   options.keeps_tables = true;
   options.traces = true;
   options.provenance = true;

@@ -26,9 +26,10 @@ struct RunTelling {
   void add_to(CLI::App& verb, const std::string& about_all);
 };
 
-/// Runs the plan and writes summary.json, report.html, graph.yaml, the recording, and live latencies.csv. If the
-/// log goes to standard output, it stands alone there. Of the options it sets those that concern the folder,
-/// the terminal and signals. Where a step never came back, the process ends here, with exit code 1.
+/// Runs the plan and writes summary.json, report.html, graph.yaml, the recording, live latencies.csv, and the file of
+/// the flight recorder where it is to stay. If the log goes to standard output, it stands alone there. Of the options
+/// it sets those that concern the folder, the terminal and signals. Where a step never came back, the process ends
+/// here, with exit code 1.
 RunResult run_into_folder(const Plan& plan, const ResultsFolder& results, RunOptions options,
                           const RunTelling& telling);
 

@@ -129,6 +129,7 @@ void FlightFile::move_to(const fs::path& target) {
   if (!out)
     throw RunError("cannot write " + target.string() + "; the flight recorder's file stays at " + path_.string());
   fs::remove(path_, ignored);
+  path_ = target;
   moved_ = true;
 }
 

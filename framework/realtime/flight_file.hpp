@@ -13,6 +13,9 @@
 
 namespace tactor {
 
+/// The name of a flight file in a folder of results.
+inline constexpr const char* flight_name = "flight.ring";
+
 /// A FlightRing in a file that is mapped and shared, so that its content stays when the process is killed. It is in
 /// memory (tmpfs), because a disk would now and then hold up whoever writes to a page that is being written back; it is
 /// lost when the machine stops.
@@ -33,7 +36,8 @@ class FlightFile {
   void ask_to_keep() { asked_ = true; }
   /// True where it is to stay: because that was asked, something went wrong, or the run has not ended well.
   [[nodiscard]] bool is_to_stay() const;
-  /// Copies the content to `target` and removes the file. Throws RunError where the disk refuses; then it stays.
+  /// Copies the content to `target`, which is its path from then on. Throws RunError where the disk refuses; then it
+  /// stays.
   void move_to(const std::filesystem::path& target);
 
  private:
