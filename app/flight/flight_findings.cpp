@@ -22,7 +22,8 @@ constexpr std::array<std::string_view, 16> fault_names{
 constexpr Duration near_by{1'000'000'000};  // between a cause and what follows from it
 constexpr double late_periods = 3;          // a loop that wakes later than that is told
 constexpr Duration late_at_least{2'000'000};
-constexpr int limited_ticks = 10;  // in a row
+constexpr Duration expiry_is_told{100'000'000};  // by the line, after it happened
+constexpr int limited_ticks = 10;                // in a row
 
 double norm_of(const FlightVector& v) {
   return std::sqrt(static_cast<double>(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
@@ -165,7 +166,7 @@ class FaultSearch {
       case SafetyCause::outside_workspace:
         return add(FlightFault::outside, node, time, "the handle left the workspace, and the gate let go");
       case SafetyCause::expired:
-        return add(FlightFault::expired, node, time, "the device let go of a command that was not renewed in time");
+        return explain_expired(node, ticks, i);
       case SafetyCause::time_gap:
       case SafetyCause::time_reversed:
         return explain_gap(node, ticks, i);
@@ -185,6 +186,25 @@ class FaultSearch {
     }
     add(FlightFault::late_wake, node, due_of(node, ticks[i]),
         fmt::format("its loop woke {:.1f} ms late", ticks[i].body.lateness_s * 1e3));
+  }
+
+  /// The latest of the ticks in the time before `i`, where it woke or the step before took longer than half of that.
+  [[nodiscard]] std::optional<std::size_t> gap_before(const Devices& ticks, std::size_t i, double within_s) const {
+    std::optional<std::size_t> latest;
+    for (std::size_t at = i + 1; at-- > 0 && (ticks[i].time - ticks[at].time).seconds() <= within_s;) {
+      const double late = ticks[at].body.lateness_s;
+      if (late > within_s / 2 && (!latest || late > ticks[*latest].body.lateness_s)) latest = at;
+    }
+    return latest;
+  }
+
+  void explain_expired(std::size_t node, const Devices& ticks, std::size_t i) {
+    // A command holds for two periods; a line tells late that one has not been renewed.
+    const double held = 2 * period_of(node).seconds();
+    for (std::size_t at = i + 1; at-- > 0 && ticks[i].time - ticks[at].time <= expiry_is_told;) {
+      if (ticks[at].body.lateness_s > held / 2) return explain_gap(node, ticks, at);
+    }
+    add(FlightFault::expired, node, ticks[i].time, "the device let go of a command that was not renewed in time");
   }
 
   /// The line's failure where there is a line, and the device's own otherwise.
@@ -219,6 +239,8 @@ class FaultSearch {
   void explain_late_result(std::size_t node, const Devices& ticks, std::size_t i) {
     const Time time = ticks[i].time;
     if (event_near(FlightEvent::stalled, time) != nullptr) return;  // told by itself
+    // A process that was kept from running has no fresh force either.
+    if (const auto gap = gap_before(ticks, i, ticks[i].body.result_age_s)) return explain_gap(node, ticks, *gap);
     std::string from;
     double oldest = 0;
     for (std::size_t n = 0; n < log_.nodes.size(); ++n) {
@@ -289,7 +311,10 @@ class FaultSearch {
         const FlightWords* ended = event_near_after(FlightEvent::failed, one.time, one.node);
         add(FlightFault::stalled, one.node, one.time, one.words, ended != nullptr);
       } else if (one.event == FlightEvent::line_failed) {
-        add(FlightFault::line_failed, one.node, one.time, one.words);
+        const auto is_told = [&](const FlightFinding& other) { return other.words == one.words; };
+        if (std::none_of(found_.begin(), found_.end(), is_told)) {
+          add(FlightFault::line_failed, one.node, one.time, one.words);
+        }
       } else if (one.event == FlightEvent::failed && !std::exchange(any_failed, true)) {
         explain_failure(one);
       }
@@ -304,17 +329,24 @@ class FaultSearch {
     return found == events_.end() ? nullptr : &*found;
   }
 
-  /// The run's failure belongs to what was found of its node before, where that goes on until then.
+  /// The run's failure belongs to what was found first of its device, where that could not be reached from then on.
   void explain_failure(const FlightWords& failure) {
     const std::string node = log_.name_of(failure.node);
     const Devices ticks = track_of<FlightDevice>(log_, FlightKind::device, failure.node).records;
     constexpr std::uint8_t read_failed = 2;  // DeviceHealth, and what follows it
-    const bool device_failed = !ticks.empty() && ticks.back().body.health >= read_failed;
-    for (auto one = found_.rbegin(); device_failed && one != found_.rend(); ++one) {
-      const bool is_its = one->fault == FlightFault::line_failed || one->fault == FlightFault::device_failed;
-      if (!is_its || one->node != node || one->time > failure.time) continue;
-      one->ended_run = true;
-      one->words += "; " + failure.words;
+    Time failing_since = failure.time;
+    for (auto tick = ticks.rbegin(); tick != ticks.rend() && tick->body.health >= read_failed; ++tick) {
+      failing_since = tick->time;
+    }
+    FlightFinding* first = nullptr;
+    for (FlightFinding& one : found_) {
+      const bool is_its = one.fault == FlightFault::line_failed || one.fault == FlightFault::device_failed;
+      const bool is_then = one.time >= failing_since - near_by && one.time <= failure.time;
+      if (is_its && is_then && one.node == node && (first == nullptr || one.time < first->time)) first = &one;
+    }
+    if (failing_since < failure.time && first != nullptr) {
+      first->ended_run = true;
+      first->words += "; " + failure.words;
       return;
     }
     const auto stalled = [&](const FlightWords& one) {

@@ -196,6 +196,7 @@ void write_flight_json(const FlightSource& source, const std::vector<FlightFindi
                    {"graph", log.graph},
                    {"process", log.process},
                    {"begun", date_text(log.unix_ns)},
+                   {"begun_unix_s", static_cast<double>(log.unix_ns) * 1e-9},
                    {"tactor", log.version},
                    {"ending", ending_of(source)},
                    {"from_s", log.first().seconds()},

@@ -38,6 +38,8 @@ namespace {
 
 // Told as the process ends, so that no compiler takes the stack away.
 volatile int depth = 0;
+// Read again each time, so that no compiler knows where it leads.
+int* volatile nowhere = nullptr;
 
 int run_over() {
   volatile int here[1024] = {};
@@ -57,6 +59,9 @@ void Aborts::Params::go_wrong() const {
     case By::abort:
     case By::planning:
       std::abort();
+    case By::segv:
+      *nowhere = 1;
+      break;
     case By::overflow:
       std::exit(run_over());
     case By::kill:
@@ -93,10 +98,11 @@ NodeInfo Aborts::declare() {
            {"kill", By::kill},
            {"exit", By::exit},
            {"hang", By::hang},
-           {"planning", By::planning}},
+           {"planning", By::planning},
+           {"segv", By::segv}},
           std::optional(By::abort),
           "abort: as a broken belief does; overflow: its stack runs over; kill: SIGKILL; exit: exit code 3; hang: it "
-          "sleeps for ever; planning: as abort, while the run is planned")
+          "sleeps for ever; planning: as abort, while the run is planned; segv: it writes where no memory is")
       .check([](const Params& params, const NodeContext&) {
         if (params.by == By::planning) params.go_wrong();
       })

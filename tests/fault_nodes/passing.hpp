@@ -62,7 +62,7 @@ class Throws final : public Node {
 /// Ends the process at its first step after `at`, or does not come back from it; or ends it while a run is planned.
 class Aborts final : public Node {
  public:
-  enum class By { abort, overflow, kill, exit, hang, planning };
+  enum class By { abort, overflow, kill, exit, hang, planning, segv };
   struct Params : When {
     By by = By::abort;
     std::string once;
