@@ -1,4 +1,5 @@
-// What a tick of the device lane costs, and the safety gate in it: with warm caches and with cold ones.
+// What a tick of the device lane costs, the safety gate in it, and the flight recorder: with warm caches and with cold
+// ones.
 //
 // tick_bench [--seconds S] [--json]
 #include <fmt/format.h>
@@ -11,6 +12,8 @@
 
 #include "bench/cache_load.hpp"
 #include "bench/tick_lane.hpp"
+#include "framework/realtime/flight_file.hpp"
+#include "framework/realtime/flight_log.hpp"
 #include "framework/realtime/memory_lock.hpp"
 #include "framework/realtime/periodic_loop.hpp"
 #include "framework/realtime/safety_gate.hpp"
@@ -19,6 +22,9 @@ using namespace tactor;
 using namespace tactor::bench;
 
 namespace {
+
+constexpr int turns = 4;
+constexpr std::uint64_t flight_capacity = 65'536;
 
 /// How a row is run.
 struct Condition {
@@ -42,6 +48,16 @@ nlohmann::ordered_json row(const char* what, const Condition& condition, const L
           {"p99_us", h.quantile(0.99).microseconds()},
           {"p99_9_us", h.quantile(0.999).microseconds()},
           {"max_us", h.max().microseconds()}};
+}
+
+nlohmann::ordered_json whole_tick(const char* what, const Condition& condition, const LaneTimes& lane) {
+  nlohmann::ordered_json r = row(what, condition, lane.body);
+  r.update({{"missed", lane.missed},
+            {"dropped", lane.dropped},
+            {"engaged_share", lane.engaged_share},
+            {"allocations", lane.heap_calls},
+            {"page_faults", lane.page_faults}});
+  return r;
 }
 
 /// The gate between two readings of the clock, engaged on a wrench that moves, and the two readings alone.
@@ -74,16 +90,19 @@ nlohmann::ordered_json run_all(Duration duration) {
     if (condition.load) load.emplace(*loop_settings().cpu);
     LatencyHistogram gate, clock;
     run_gate(condition.rate, duration, gate, clock);
-    LaneTimes lane;
-    run_lane(condition.rate, duration, loop_settings(), lane);
+    // In turns, so that both meet the same machine.
+    LaneTimes lane, recorded;
+    for (int turn = 0; turn < turns; ++turn) {
+      run_lane(condition.rate, {duration.ns / turns}, loop_settings(), lane);
+      FlightFile flight("tick_bench", {"0", flight_names("tick_bench", {}), flight_capacity});
+      run_lane(condition.rate, {duration.ns / turns}, loop_settings(), recorded, &flight.ring());
+      flight.ring().set_end(FlightEnd::well);
+    }
     rows.push_back(row("reading the clock", condition, clock));
     rows.push_back(row("safety gate", condition, gate));
-    rows.push_back(row("whole tick", condition, lane.body));
-    rows.back().update({{"missed", lane.missed},
-                        {"dropped", lane.dropped},
-                        {"engaged_share", lane.engaged_share},
-                        {"allocations", lane.heap_calls},
-                        {"page_faults", lane.page_faults}});
+    rows.push_back(whole_tick("whole tick", condition, lane));
+    rows.push_back(whole_tick("with flight record", condition, recorded));
+    rows.back()["ratio"] = recorded.body.quantile(0.5).seconds() / lane.body.quantile(0.5).seconds();
   }
   return rows;
 }
@@ -124,6 +143,7 @@ int main(int count, char** arguments) {
                  r["missed"].get<std::uint64_t>(), r["dropped"].get<std::uint64_t>(), r["engaged_share"].get<double>(),
                  r["allocations"].get<std::int64_t>(), r["page_faults"].get<std::int64_t>());
     }
+    if (r.contains("ratio")) fmt::print(", {:.2f} times as long at p50", r["ratio"].get<double>());
     fmt::print("\n");
   }
   return 0;

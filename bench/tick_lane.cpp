@@ -58,17 +58,18 @@ void feed(RealtimeLane& lane, const DevicePlan& device, Instant origin, Duration
 
 }  // namespace
 
-void run_lane(double rate, Duration duration, const ThreadSettings& settings, LaneTimes& times) {
+void run_lane(double rate, Duration duration, const ThreadSettings& settings, LaneTimes& times, FlightRing* flight) {
   const DevicePlan device(rate);
   PlanNodes nodes(device.plan);
   for (const InputInfo& input : device.info.inputs) input.access(nodes[0]).configure(Queue{});
   for (const OutputInfo& output : device.info.outputs) {
     output.access(nodes[0]).set_wanted(output.name == "state" || output.name == "commanded" || output.name == "safety");
   }
-  RealtimeLane lane(nodes, find_chains(device.plan), 0, settings);
+  RealtimeLane lane(nodes, find_chains(device.plan), 0, settings, flight);
   lane.set_phase(Phase::running);
 
   const Instant origin = MonotonicClock::now() + Duration{10'000'000};
+  if (flight != nullptr) flight->set_origin(origin);
   lane.start(origin);
   // As the timer thread of the engine.
   std::thread timer([&] {
@@ -79,11 +80,11 @@ void run_lane(double rate, Duration duration, const ThreadSettings& settings, La
   TACTOR_DEMAND(lane.stop(Duration{1'000'000'000}));
   const LoopStatistics& metrics = lane.loop().metrics();
   times.body.merge(metrics.body_time);
-  times.ticks = static_cast<std::uint64_t>(metrics.ended.value());
-  times.missed = static_cast<std::uint64_t>(metrics.missed.value());
-  times.dropped = lane.dropped_out();
-  times.heap_calls = metrics.heap_calls.value();
-  times.page_faults = metrics.page_faults.value();
+  times.ticks += static_cast<std::uint64_t>(metrics.ended.value());
+  times.missed += static_cast<std::uint64_t>(metrics.missed.value());
+  times.dropped += lane.dropped_out();
+  times.heap_calls += metrics.heap_calls.value();
+  times.page_faults += metrics.page_faults.value();
   Report report;
   report.ask(nodes[0], "device", device.info.metrics);
   for (const auto& [name, value] : report.metrics()) {

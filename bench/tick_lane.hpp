@@ -2,11 +2,12 @@
 #pragma once
 
 #include "framework/core/scheduling.hpp"
+#include "framework/realtime/flight_ring.hpp"
 #include "framework/realtime/latency_histogram.hpp"
 
 namespace tactor::bench {
 
-/// What one run of a lane has counted.
+/// What runs of a lane have counted together.
 struct LaneTimes {
   LatencyHistogram body;  ///< of a tick: take in, step, gate, hand out
   std::uint64_t ticks = 0;
@@ -19,7 +20,8 @@ struct LaneTimes {
 
 /// Runs a `device.simulated` with encoders at `rate` Hz for `duration`, its loop under `settings`; as in the graphs of
 /// this project state, commanded and safety are wanted of its outputs. Meanwhile it gets a target each millisecond and
-/// a force segment each 10 ms. `times` gets the metrics.
-void run_lane(double rate, Duration duration, const ThreadSettings& settings, LaneTimes& times);
+/// a force segment each 10 ms. `times` gets the metrics. The ticks are told to `flight`; null: to nobody.
+void run_lane(double rate, Duration duration, const ThreadSettings& settings, LaneTimes& times,
+              FlightRing* flight = nullptr);
 
 }  // namespace tactor::bench

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "framework/core/messages.hpp"
@@ -72,17 +73,38 @@ class FaultSearch {
   using Devices = std::vector<FlightTrack<FlightDevice>::One>;
   using Exchanges = std::vector<FlightTrack<FlightExchange>::One>;
 
-  void add(FlightFault fault, std::size_t node, Time time, std::string words, bool ended_run = false) {
+  /// A finding, once; it may be changed until the next one comes.
+  FlightFinding& found(FlightFault fault, std::size_t node, Time time, std::string words) {
     const std::string name = log_.name_of(static_cast<std::uint16_t>(node));
     const auto same = [&](const FlightFinding& other) {
       return other.fault == fault && other.node == name && other.time == time;
     };
-    const auto found = std::find_if(found_.begin(), found_.end(), same);
-    if (found == found_.end()) {
-      found_.push_back({fault, name, time, std::move(words), ended_run});
-    } else {
-      found->ended_run = found->ended_run || ended_run;
-    }
+    const auto before = std::find_if(found_.begin(), found_.end(), same);
+    if (before != found_.end()) return *before;
+    found_.push_back({fault, name, time, std::move(words)});
+    return found_.back();
+  }
+  void add(FlightFault fault, std::size_t node, Time time, std::string words) {
+    found(fault, node, time, std::move(words));
+  }
+  /// One that cut the force.
+  void cut(FlightFault fault, std::size_t node, Time time, std::string words) {
+    found(fault, node, time, std::move(words)).cut_force = true;
+  }
+  /// One that ended the run.
+  void end(FlightFault fault, std::size_t node, Time time, std::string words) {
+    found(fault, node, time, std::move(words)).ended_run = true;
+  }
+  FlightFinding& late_wake(std::size_t node, Time due, double late_s) {
+    FlightFinding& one =
+        found(FlightFault::late_wake, node, due, fmt::format("its loop woke {:.1f} ms late", late_s * 1e3));
+    one.size_s = late_s;
+    return one;
+  }
+  FlightFinding& long_step(std::size_t node, Time begun, double took_s) {
+    FlightFinding& one = found(FlightFault::long_step, node, begun, fmt::format("a step took {:.1f} ms", took_s * 1e3));
+    one.size_s = took_s;
+    return one;
   }
 
   /// The event of that kind that is nearest to `time`, at most near_by away; null: there is none.
@@ -117,14 +139,8 @@ class FaultSearch {
       return one.fault == FlightFault::late_wake && latest &&
              std::abs((one.time - due_of(node, ticks[*latest])).ns) < 1'000'000;
     });
-    if (latest && !is_told) {
-      add(FlightFault::late_wake, node, due_of(node, ticks[*latest]),
-          fmt::format("its loop woke {:.1f} ms late", ticks[*latest].body.lateness_s * 1e3));
-    }
-    if (longest) {
-      add(FlightFault::long_step, node, ticks[*longest].time,
-          fmt::format("a step took {:.1f} ms", ticks[*longest].body.body_s * 1e3));
-    }
+    if (latest && !is_told) late_wake(node, due_of(node, ticks[*latest]), ticks[*latest].body.lateness_s);
+    if (longest) long_step(node, ticks[*longest].time, ticks[*longest].body.body_s);
   }
 
   /// The first deadline for which a tick was late: its record has the time of the last one before the loop woke.
@@ -161,31 +177,28 @@ class FaultSearch {
       case SafetyCause::not_finite:
         return explain_not_finite(node, time);
       case SafetyCause::overspeed:
-        return add(FlightFault::too_fast, node, time,
+        return cut(FlightFault::too_fast, node, time,
                    fmt::format("the handle moved at {:.2f} m/s, and the gate braked it", norm_of(ticks[i].body.v_WD)));
       case SafetyCause::outside_workspace:
-        return add(FlightFault::outside, node, time, "the handle left the workspace, and the gate let go");
+        return cut(FlightFault::outside, node, time, "the handle left the workspace, and the gate let go");
       case SafetyCause::expired:
         return explain_expired(node, ticks, i);
       case SafetyCause::time_gap:
       case SafetyCause::time_reversed:
         return explain_gap(node, ticks, i);
       case SafetyCause::dead_man:
-        return add(FlightFault::other_cut, node, time, "the dead-man button was released");
+        return cut(FlightFault::other_cut, node, time, "the dead-man button was released");
       default:
-        return add(FlightFault::other_cut, node, time, fmt::format("the gate let go: {}", name_of(cause)));
+        return cut(FlightFault::other_cut, node, time, fmt::format("the gate let go: {}", name_of(cause)));
     }
   }
 
   /// A tick that came late or a step that took long, as the ticks tell it.
   void explain_gap(std::size_t node, const Devices& ticks, std::size_t i) {
     const bool was_long = i > 0 && ticks[i - 1].body.body_s > period_of(node).seconds() / 2;
-    if (was_long) {
-      return add(FlightFault::long_step, node, ticks[i - 1].time,
-                 fmt::format("a step took {:.1f} ms", ticks[i - 1].body.body_s * 1e3));
-    }
-    add(FlightFault::late_wake, node, due_of(node, ticks[i]),
-        fmt::format("its loop woke {:.1f} ms late", ticks[i].body.lateness_s * 1e3));
+    FlightFinding& one = was_long ? long_step(node, ticks[i - 1].time, ticks[i - 1].body.body_s)
+                                  : late_wake(node, due_of(node, ticks[i]), ticks[i].body.lateness_s);
+    one.cut_force = true;
   }
 
   /// The latest of the ticks in the time before `i`, where it woke or the step before took longer than half of that.
@@ -204,7 +217,7 @@ class FaultSearch {
     for (std::size_t at = i + 1; at-- > 0 && ticks[i].time - ticks[at].time <= expiry_is_told;) {
       if (ticks[at].body.lateness_s > held / 2) return explain_gap(node, ticks, at);
     }
-    add(FlightFault::expired, node, ticks[i].time, "the device let go of a command that was not renewed in time");
+    cut(FlightFault::expired, node, ticks[i].time, "the device let go of a command that was not renewed in time");
   }
 
   /// The line's failure where there is a line, and the device's own otherwise.
@@ -225,13 +238,13 @@ class FaultSearch {
     }
     const FlightWords* told = event_near(FlightEvent::line_failed, since.value_or(time), node);
     if (since || told != nullptr) {
-      return add(FlightFault::line_failed, node, since.value_or(told != nullptr ? told->time : time),
+      return cut(FlightFault::line_failed, node, since.value_or(told != nullptr ? told->time : time),
                  told != nullptr ? told->words : "cycles of its line failed");
     }
     const bool is_silent = last_good && (time - *last_good).seconds() > 5 * period_of(node).seconds();
-    if (is_silent) return add(FlightFault::line_failed, node, *last_good, "no cycle of its line came back any more");
+    if (is_silent) return cut(FlightFault::line_failed, node, *last_good, "no cycle of its line came back any more");
     const char* what = cause == SafetyCause::read_failed ? "read" : "written";
-    add(FlightFault::device_failed, node, time,
+    cut(FlightFault::device_failed, node, time,
         is_believed ? fmt::format("the device could not be {}", what) : "its encoders are not believed");
   }
 
@@ -258,7 +271,7 @@ class FaultSearch {
     for (const FlightNode::In& in : log_.nodes[node].inputs) {
       if (in.port == "segment" && in.is_outer) from = in.from;
     }
-    add(FlightFault::late_result, from.empty() ? node : index_of(from), time,
+    cut(FlightFault::late_result, from.empty() ? node : index_of(from), time,
         fmt::format("the newest force of {} was {:.0f} ms old, and the gate let go", log_.nodes[node].name,
                     ticks[i].body.result_age_s * 1e3));
   }
@@ -273,9 +286,9 @@ class FaultSearch {
     for (const FlightWords& one : events_) {  // the first is where it came from
       const bool is_cause = one.event == FlightEvent::not_finite && std::abs((one.time - time).ns) <= near_by.ns;
       if (!is_cause) continue;
-      return add(FlightFault::not_finite, one.node, one.time, "its output " + one.words + " was NaN or infinite");
+      return cut(FlightFault::not_finite, one.node, one.time, "its output " + one.words + " was NaN or infinite");
     }
-    add(FlightFault::not_finite, node, time, "the wrench that it was given was NaN or infinite");
+    cut(FlightFault::not_finite, node, time, "the wrench that it was given was NaN or infinite");
   }
 
   void look_at_limits(std::size_t node, const Devices& ticks) {
@@ -306,10 +319,12 @@ class FaultSearch {
     bool any_failed = false;
     for (const FlightWords& one : events_) {
       if (one.event == FlightEvent::crashed) {
-        add(FlightFault::crashed, one.node, one.time, "the process got " + one.words, true);
+        end(FlightFault::crashed, one.node, one.time, "the process got " + one.words);
       } else if (one.event == FlightEvent::stalled) {
         const FlightWords* ended = event_near_after(FlightEvent::failed, one.time, one.node);
-        add(FlightFault::stalled, one.node, one.time, one.words, ended != nullptr);
+        FlightFinding& stalled = found(FlightFault::stalled, one.node, one.time, one.words);
+        stalled.cut_force = true;
+        stalled.ended_run = ended != nullptr;
       } else if (one.event == FlightEvent::line_failed) {
         const auto is_told = [&](const FlightFinding& other) { return other.words == one.words; };
         if (std::none_of(found_.begin(), found_.end(), is_told)) {
@@ -353,7 +368,7 @@ class FaultSearch {
       return one.event == FlightEvent::stalled && one.node == failure.node && one.time <= failure.time;
     };
     if (std::any_of(events_.begin(), events_.end(), stalled)) return;
-    add(FlightFault::failed, failure.node, failure.time, failure.words, true);
+    end(FlightFault::failed, failure.node, failure.time, failure.words);
   }
 
   void look_at_end() {
@@ -366,15 +381,18 @@ class FaultSearch {
       if (ticks.empty()) continue;
       words += fmt::format("; {} had {:.2f} N", log_.nodes[n].name, norm_of(ticks.back().body.commanded_force));
     }
-    add(FlightFault::killed, FlightRecord::no_node, log_.last(), words, true);
+    end(FlightFault::killed, FlightRecord::no_node, log_.last(), words);
   }
 
-  /// The fault first: what ended the run, else the gravest, and of these the first.
+  /// The fault first, the others by their time.
   std::vector<FlightFinding> sorted() {
     const auto by_time = [](const FlightFinding& a, const FlightFinding& b) { return a.time < b.time; };
     std::stable_sort(found_.begin(), found_.end(), by_time);
     const auto graver = [](const FlightFinding& a, const FlightFinding& b) {
-      return a.ended_run != b.ended_run ? a.ended_run : a.fault < b.fault;
+      const auto rank = [](const FlightFinding& one) {
+        return std::tuple(!one.ended_run, !one.cut_force, one.fault, -one.size_s);
+      };
+      return rank(a) < rank(b);
     };
     const auto fault = std::min_element(found_.begin(), found_.end(), graver);
     if (fault != found_.end()) std::rotate(found_.begin(), fault, fault + 1);

@@ -38,10 +38,13 @@ struct FlightFinding {
   Time time;         ///< when it began, since the start of the run
   std::string words;
   bool ended_run = false;  ///< the run ended with it
+  bool cut_force = false;  ///< the gate kept the force out because of it
+  double size_s = 0;       ///< of a late wake-up or a long step: how late, how long
 };
 
 /// What is found in the log: the fault first, then the others by their time. `is_running`: the process lives. Empty:
-/// nothing went wrong.
+/// nothing went wrong. The fault is what ended the run, else what cut the force, else the gravest; of several late
+/// wake-ups the latest, of others the first.
 ///
 /// A cause stands in place of what followed from it: a line that fell silent, not the reading that failed; a step that
 /// did not come back, not the force that came too late.

@@ -152,11 +152,8 @@ std::string ticks_table(const FlightLog& log, const std::vector<FlightFinding>& 
 }
 
 FlightJson json_of(const FlightFinding& finding) {
-  return {{"fault", name_of(finding.fault)},
-          {"node", finding.node},
-          {"time_s", finding.time.seconds()},
-          {"ended_run", finding.ended_run},
-          {"words", finding.words}};
+  return {{"fault", name_of(finding.fault)}, {"node", finding.node},           {"time_s", finding.time.seconds()},
+          {"ended_run", finding.ended_run},  {"cut_force", finding.cut_force}, {"words", finding.words}};
 }
 
 /// The field's numbers: one, or a list.
