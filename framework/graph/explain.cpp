@@ -41,6 +41,7 @@ std::string live_text(const LiveSettings& live) {
   text += "; a missing privilege: " + word(live.on_missing_privilege) + "; a step of more than " +
           duration_text(live.stall_timeout) + ": " + word(live.on_stall);
   if (live.impose_cost) text += "; a step takes at least its declared cost";
+  if (live.flight != FlightChoice::automatic) text += "; flight recorder: " + word(live.flight);
   return text + (live == LiveSettings{} ? " (default)" : "");
 }
 

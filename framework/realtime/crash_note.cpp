@@ -25,26 +25,39 @@ __attribute__((tls_model("initial-exec"))) thread_local std::size_t stepping_nod
 std::mutex crash_mutex;  // of what follows; the handler never takes it
 int crash_notes = 0;
 
-void note_crash(int number, siginfo_t* info, void* /*context*/) {
-  for (std::size_t i = 0; i < crash_signals.size(); ++i) {
-    if (crash_signals[i].number != number) continue;
-    const Instant now = MonotonicClock::now();
-    for (const std::atomic<FlightRing*>& one : crash_rings) {
-      FlightRing* const ring = one.load(std::memory_order_acquire);
-      if (ring == nullptr) continue;
-      ring->tell(FlightEvent::crashed, stepping_node, now, crash_signals[i].name);
-      ring->note_fault();
-    }
-    sigaction(number, &handlers_before[i], nullptr);
+/// Gives a signal that another process sent to the handler from before; false where there is none. Such a signal is no
+/// crash: it may ask a run to end.
+bool hand_on(int number, siginfo_t* info, void* context, const struct sigaction& before) {
+  if (info->si_code != SI_USER && info->si_code != SI_QUEUE) return false;
+  if ((before.sa_flags & SA_SIGINFO) != 0) {
+    before.sa_sigaction(number, info, context);
+    return true;
   }
-  // A fault comes again as the instruction is tried again. A signal that somebody sent does not.
+  if (before.sa_handler == SIG_DFL) return false;
+  if (before.sa_handler != SIG_IGN) before.sa_handler(number);
+  return true;
+}
+
+void note_crash(int number, siginfo_t* info, void* context) {
+  std::size_t which = 0;
+  while (which + 1 < crash_signals.size() && crash_signals[which].number != number) ++which;
+  if (hand_on(number, info, context, handlers_before[which])) return;
+  const Instant now = MonotonicClock::now();
+  for (const std::atomic<FlightRing*>& one : crash_rings) {
+    FlightRing* const ring = one.load(std::memory_order_acquire);
+    if (ring == nullptr) continue;
+    ring->tell(FlightEvent::crashed, stepping_node, now, crash_signals[which].name);
+    ring->note_fault();
+  }
+  sigaction(number, &handlers_before[which], nullptr);
+  // A fault comes again as the instruction is tried again; a signal of abort or kill does not.
   if (info->si_code <= 0) static_cast<void>(raise(number));
 }
 
 void take_crash_signals() {
   struct sigaction action {};
   action.sa_sigaction = note_crash;
-  action.sa_flags = SA_SIGINFO | SA_ONSTACK;
+  action.sa_flags = SA_SIGINFO | SA_ONSTACK | SA_RESTART;
   sigemptyset(&action.sa_mask);
   for (std::size_t i = 0; i < crash_signals.size(); ++i) {
     sigaction(crash_signals[i].number, &action, &handlers_before[i]);

@@ -8,8 +8,9 @@
 namespace tactor {
 
 /// While it lives, the signals of a crash (SIGSEGV, SIGBUS, SIGILL, SIGFPE, SIGABRT) put an event into the ring before
-/// they do as they did before: handlers of others keep their turn, and a core is still written. A thread whose stack
-/// has run over has no room for that, and ends without the event. At most eight at a time; a further one does nothing.
+/// they do as they did before: handlers of others keep their turn, and a core is still written. One that another
+/// process sent goes straight to the handler from before, where there is one. A thread whose stack has run over has no
+/// room for that, and ends without the event. At most eight at a time; a further one does nothing.
 class CrashNote {
  public:
   explicit CrashNote(FlightRing& ring);
