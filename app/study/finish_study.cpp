@@ -12,7 +12,6 @@
 #include "app/study/report/study_report.hpp"
 #include "app/study/report/text_tables.hpp"
 #include "app/study/report/work_precision.hpp"
-#include "app/study/run/bytes.hpp"
 #include "app/study/run/worker_pool.hpp"
 #include "app/study/table/study.hpp"
 #include "app/study/table/study_csv.hpp"
@@ -20,6 +19,7 @@
 #include "app/study/table/warnings.hpp"
 #include "app/study/table/where.hpp"
 #include "app/terminal.hpp"
+#include "framework/core/bytes.hpp"
 #include "framework/graph/text_table.hpp"
 #include "framework/node/registry.hpp"
 

@@ -3,6 +3,7 @@
 #include "devices/falcon/delta_kinematics.hpp"
 #include "devices/falcon/falcon_link.hpp"
 #include "devices/falcon/protocol.hpp"
+#include "devices/usb/usb_profile_fields.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -13,9 +14,14 @@ std::vector<std::uint8_t> firmware_of(const Falcon::Params& params) {
   return params.firmware.empty() ? std::vector<std::uint8_t>{} : read_falcon_firmware(params.firmware);
 }
 
-HardwareParts parts_of(std::unique_ptr<FalconLink> link) {
+HardwareParts parts_of(const Falcon::Params& params) {
+  const UsbChoice choice{params.serial, params.file};
+  std::vector<std::uint8_t> firmware = firmware_of(params);
   HardwareParts parts;
-  parts.link = std::move(link);
+  ByteWriter bytes;
+  bytes(firmware, choice);
+  parts.guardable = {"falcon", bytes.take()};
+  parts.link = std::make_unique<FalconLink>(std::move(firmware), choice);
   parts.kinematics = std::make_unique<DeltaKinematics>();
   parts.limits.axes = 3;
   parts.limits.effort_max = {0.4096, 0.4096, 0.4096};
@@ -48,33 +54,8 @@ std::vector<std::string> discover(std::vector<std::string>&) {
 
 }  // namespace
 
-/// What the base class is made of, and a way to the link in it.
-struct Falcon::Parts {
-  explicit Parts(const Params& params) {
-    auto made = std::make_unique<FalconLink>(firmware_of(params), UsbChoice{params.serial, params.file});
-    link = made.get();
-    hardware = parts_of(std::move(made));
-  }
-  FalconLink* link;
-  HardwareParts hardware;
-};
-
-Falcon::Falcon(const Params& params, const NodeContext& context) : Falcon(params, context, Parts(params)) {}
-
-Falcon::Falcon(const Params& params, const NodeContext& context, Parts parts)
-    : HardwareDevice(params, context, std::move(parts.hardware)), link_(parts.link) {}
-
-void Falcon::follow(const Node& tested) {
-  follows_ = true;
-  HardwareDevice::follow(tested);
-}
-
-void Falcon::start(StepContext& context) {
-  if (!follows_) {
-    if (const std::string missing = link_->missing_firmware(); !missing.empty()) throw InputError(missing);
-  }
-  HardwareDevice::start(context);
-}
+Falcon::Falcon(const Params& params, const NodeContext& context)
+    : HardwareDevice(params, context, parts_of(params)) {}
 
 NodeInfo Falcon::declare() {
   using P = Params;

@@ -8,8 +8,6 @@
 
 namespace tactor {
 
-class FalconLink;
-
 /// See HardwareDevice and FalconLink. A device that needs a firmware and is given none does not start: `start` throws
 /// InputError.
 class Falcon final : public HardwareDevice {
@@ -21,16 +19,6 @@ class Falcon final : public HardwareDevice {
   };
   Falcon(const Params& params, const NodeContext& context);
   static NodeInfo declare();
-
-  void start(StepContext& context) override;
-  void follow(const Node& tested) override;
-
- private:
-  struct Parts;
-  Falcon(const Params& params, const NodeContext& context, Parts parts);
-
-  FalconLink* link_;  // the runner's; touched by `start` alone, before its thread is made
-  bool follows_ = false;
 };
 
 }  // namespace tactor

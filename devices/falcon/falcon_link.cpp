@@ -159,7 +159,8 @@ bool FalconLink::answers(LinkFailure& failure) {
 
 bool FalconLink::load_firmware(LinkFailure& failure) {
   if (firmware_.empty()) {
-    failure = {LinkError::identity, "it has no firmware: give the path of the image by `firmware`", true};
+    failure = {LinkError::identity, "it has no firmware: give the path of the image by `firmware` (none is shipped)", true,
+               true};
     return false;
   }
   running_ = false;
@@ -272,14 +273,6 @@ void FalconLink::close() {
     }
   }
   port_.reset();
-}
-
-std::string FalconLink::missing_firmware() {
-  if (!firmware_.empty()) return {};
-  LinkFailure failure;
-  const bool is_missing = open_port(failure) && !answers(failure) && failure.error != LinkError::reset;
-  port_.reset();
-  return is_missing ? name() + ": it has no firmware: give the path of the image by `firmware` (none is shipped)" : "";
 }
 
 }  // namespace tactor

@@ -32,10 +32,6 @@ class FalconLink final : public Link, private UsbListener {
   bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) override;
   void close() override;
 
-  /// Whether a device that is there needs a firmware and none was given: what to tell the user, or empty. Opens and
-  /// closes it; nothing moves.
-  std::string missing_firmware();
-
  private:
   void received(std::span<const std::uint8_t> bytes) override;
   bool open_port(LinkFailure& failure);

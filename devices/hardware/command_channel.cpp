@@ -1,5 +1,6 @@
 #include "devices/hardware/command_channel.hpp"
 
+#include <algorithm>
 #include <cstring>
 
 namespace tactor {
@@ -10,11 +11,23 @@ namespace {
 constexpr int most_expiries = 10;
 constexpr Duration counted_for{1'000'000'000};
 
+LinkCommand share_of(const LinkCommand& command, double share) {
+  LinkCommand part = command;
+  for (AxisValues* values : {&part.effort, &part.weight}) {
+    for (double& one : *values) one *= share;
+  }
+  return part;
+}
+
 }  // namespace
 
 void CommandChannel::send(Instant now, const LinkCommand& command) noexcept {
   if (command.is_zero()) zeroed_ = now;
-  const Order order{command, zeroed_};
+  pass_on(now, command, zeroed_);
+}
+
+void CommandChannel::pass_on(Instant now, const LinkCommand& command, Instant zeroed) noexcept {
+  const Order order{command, zeroed};
   orders_.push({Time{now.ns}, Time{now.ns}}, &order);
 }
 
@@ -49,12 +62,23 @@ LinkCommand CommandChannel::due(Instant now) {
         return {};
       }
     }
-    expired_ = returns_ = true;
-    without_until_ = now;
-    return {};
+    return letting_go(now, age);
   }
   expired_ = false;
   return returns_ ? coming_back(now) : newest_.command;
+}
+
+/// The part that is left of a command that has expired.
+LinkCommand CommandChannel::letting_go(Instant now, Duration age) {
+  const Duration late = age - timing_.expires_after;
+  const bool partly = late < timing_.let_go;
+  double share = partly ? 1 - late.seconds() / timing_.let_go.seconds() : 0;
+  // A command that expires while it comes back goes down from where it was.
+  if (returns_) share = std::min(share, share_given_);
+  expired_ = returns_ = true;
+  share_given_ = share;
+  without_until_ = now - Duration::from_seconds(share * newest_.command.return_time.seconds());
+  return share > 0 ? share_of(newest_.command, share) : LinkCommand{};
 }
 
 LinkCommand CommandChannel::coming_back(Instant now) {
@@ -64,12 +88,8 @@ LinkCommand CommandChannel::coming_back(Instant now) {
     returns_ = false;
     return newest_.command;
   }
-  LinkCommand part = newest_.command;
-  const double share = since.seconds() / whole.seconds();
-  for (AxisValues* values : {&part.effort, &part.weight}) {
-    for (double& one : *values) one *= share;
-  }
-  return part;
+  share_given_ = since.seconds() / whole.seconds();
+  return share_of(newest_.command, share_given_);
 }
 
 void CommandChannel::cut(Instant now) {

@@ -8,6 +8,7 @@
 
 #include "framework/core/check.hpp"
 #include "framework/core/tool_weight.hpp"
+#include "framework/core/value_error.hpp"
 
 namespace tactor {
 
@@ -65,7 +66,7 @@ LineEnergyOptions energy_of(const HardwareParams& params, const HardwareParts& p
 
 /// `NAME: 3 timeout, 1 crc, opened anew 1 times; the last: TEXT`, so that a run that recovered tells of which device
 /// its counts are. Empty: nothing failed.
-std::string tell_failures(const LinkRunner& runner) {
+std::string tell_failures(const DeviceLine& runner) {
   std::string last = runner.last_failure();
   if (last.empty()) return {};
   const LinkMetrics& line = runner.metrics();
@@ -92,7 +93,56 @@ LinkRunnerSettings runner_settings(const HardwareParams& params, const HardwareP
   return settings;
 }
 
+/// By axis at most twice what the gate of the loop lets through, so that only a command that did not pass it is changed.
+/// Of geometries whose levers are not known the time from zero to the largest effort is taken instead.
+AxisValues slew_of(const HardwareParams& params, const HardwareParts& parts) {
+  constexpr double room = 2, shortest_rise = 2e-3;
+  AxisValues slew = every_axis(LinkLimits::unknown);
+  for (std::size_t a = 0; a < static_cast<std::size_t>(parts.limits.axes); ++a) {
+    const bool is_gripper = static_cast<int>(a) == parts.limits.gripper();
+    if (is_gripper || (parts.kinematics && parts.kinematics->lever() != 1)) {
+      slew[a] = parts.limits.effort_max[a] / shortest_rise;
+    } else {
+      slew[a] = room * params.force_scale * (parts.limits.turns() && a >= 3 ? params.torque_slew : params.force_slew);
+    }
+  }
+  return slew;
+}
+
+GuardConfig guard_config(const HardwareParams& params, const HardwareParts& parts, const AxisLimits& limits,
+                         const LinkRunnerSettings& settings) {
+  constexpr double periods = 2;
+  constexpr Duration least{2'000'000}, margin{50'000'000};
+  GuardConfig config;
+  config.layout = guard_layout;
+  config.line = parts.guardable->line;
+  config.link = parts.guardable->link;
+  config.limits = limits;
+  config.rate = settings.rate;
+  config.expires_after = std::max(least, Duration::from_seconds(periods / params.rate));
+  config.age_max = std::max(settings.commands.age_max, config.expires_after + config.let_go);
+  config.energy = settings.energy;
+  config.gate.slew = slew_of(params, parts);
+  config.gate.continuous = parts.effort_continuous;
+  config.gate.thermal_time = parts.thermal_time;
+  config.gate.patience = params.ramp_down_time + params.brake_time + margin;
+  config.gate.let_go = config.let_go;
+  config.gate.speed = true;
+  config.thread_name = settings.thread_name;
+  return config;
+}
+
 }  // namespace
+
+bool needs_guard(GuardChoice choice, const HardwareParts& parts) {
+  constexpr Duration fast{100'000'000};
+  if (choice == GuardChoice::off) return false;
+  if (choice == GuardChoice::automatic) return parts.guardable && !(parts.watchdog && *parts.watchdog < fast);
+  if (parts.guardable) return true;
+  throw ValueError("guard",
+                   "guard: expected auto or off, because the line of this device cannot run in a process of its own, "
+                   "found on");
+}
 
 HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& context, HardwareParts parts)
     : DeviceNode(params, context, parts.buttons),
@@ -111,7 +161,12 @@ HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& 
   TACTOR_DEMAND(limits.pose == (parts.kinematics == nullptr));
   TACTOR_DEMAND(parts.status >= 0 && parts.status <= max_status);
   const LinkRunnerSettings settings = runner_settings(params, parts, context);
-  runner_ = std::make_unique<LinkRunner>(std::move(parts.link), limits, settings);
+  if (needs_guard(params.guard, parts)) {
+    GuardConfig config = guard_config(params, parts, limits, settings);
+    runner_ = std::make_unique<GuardedLine>(std::move(parts.link), std::move(config));
+  } else {
+    runner_ = std::make_unique<LinkRunner>(std::move(parts.link), limits, settings);
+  }
   kinematics_ = std::move(parts.kinematics);
   TACTOR_DEMAND(limits.pose || kinematics_->axes() == limits.handle_axes());
   if (limits.gripper() >= 0) {
@@ -128,12 +183,13 @@ void HardwareDevice::start(StepContext&) {
   runner_->start();
   // A line that is still being opened, with a start-up or a homing, is waited for by the run itself.
   const Instant give_up = started_ + std::min(params_.connect_timeout, absent_after);
-  while (report_.samples == 0 && MonotonicClock::now() < give_up) {
+  while (report_.samples == 0 && !report_.asks_user && MonotonicClock::now() < give_up) {
     MonotonicClock::sleep_until(MonotonicClock::now() + look_for_it);
     runner_->newest(report_);
   }
   if (report_.cuts > 0 || report_.error == LinkError::none) return;
   runner_->stop();
+  if (report_.asks_user) throw InputError(runner_->last_failure());
   throw RunError("cannot be reached: " + runner_->last_failure());
 }
 
@@ -201,6 +257,7 @@ void HardwareDevice::tell_status(Time t) noexcept {
 ReadResult HardwareDevice::judged() noexcept {
   const Plausibility::Finding& f = report_.finding;
   const char* name = runner_->name().c_str();
+  if (report_.hold != GateHold::none) return fail("%s: the guard holds the force back: %s", name, words_of(report_.hold));
   if (report_.sample.faults != 0) return fail("%s", report_.text.data());
   if (report_.verdict == Plausibility::Verdict::jumped && report_.limits.turns() && f.axis >= 3 && f.axis < 6) {
     return fail("%s: its orientation jumped by %.3g rad in %.3g ms and is not believed", name, f.to,

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "devices/hardware/gripper.hpp"
+#include "devices/hardware/guarded_line.hpp"
 #include "devices/hardware/kinematics.hpp"
 #include "devices/hardware/link_runner.hpp"
 #include "devices/hardware/state_path.hpp"
@@ -27,6 +28,7 @@ struct HardwareParams : DeviceParams, VelocityParams, LineParams {
   std::vector<double> rotation{0, 0, 0};  ///< rad, rotation vector of R_WB
   std::vector<double> origin{0, 0, 0};    ///< m, p_WB
   Duration stuck_after{1'000'000'000};
+  GuardChoice guard = GuardChoice::automatic;
 };
 
 /// What a concrete device is made of.
@@ -42,9 +44,16 @@ struct HardwareParts {
   Duration delay_in;                 ///< how old a sample is when its cycle begins, as far as it is known
   Duration delay_out;                ///< from the begin of a cycle to its efforts' acting
   int status = 0;                    ///< values of LinkSample::status that the device has, see declare_status
+  std::optional<GuardableLink> guardable;  ///< for the guard; absent: the line is a thread of this process
+  std::optional<Duration> watchdog;        ///< without a command for so long the device lets go by itself
+  AxisValues effort_continuous{};          ///< N or N m that the motors bear for ever; 0: not known
+  AxisValues thermal_time{};               ///< s, of their windings
 };
 
-/// A device of hardware. Its line runs on a LinkRunner's thread; the loop takes the newest sample there is.
+/// Whether the line of such a device runs in the guard. Throws ValueError where it is to and cannot.
+bool needs_guard(GuardChoice choice, const HardwareParts& parts);
+
+/// A device of hardware. Its line runs on a LinkRunner's thread, here or in the guard; the loop takes the newest sample there is.
 ///
 /// Reading fails, so the gate lets no force through and comes back by its ramp after recovery_time, where the newest
 /// sample is older than link_timeout, where the device reports a fault of its own, where an encoder has jumped or is
@@ -65,11 +74,14 @@ struct HardwareParts {
 ///
 /// A line that sets the pace, at about the rate of the node, sets it for the loop too.
 ///
+/// The line runs in tactor-guard where needs_guard says so. Then a command expires after two periods of the loop, at
+/// least 2 ms, and goes to zero within 3 ms, whatever becomes of this process.
+///
 /// In a reference run nothing is driven: the device goes along the states that it showed in the run under test.
 class HardwareDevice : public DeviceNode {
  public:
   ~HardwareDevice() override;
-  /// Opens the line. Throws RunError, within connect_timeout and 1 s, where no attempt to open it succeeds; a line
+  /// Opens the line. Throws InputError where the device asks for something of the user first, and RunError, within connect_timeout and 1 s, where no attempt to open it succeeds; a line
   /// whose first opening takes longer is waited for by the run.
   void start(StepContext& context) override;
   void follow(const Node& tested) override;
@@ -117,7 +129,7 @@ class HardwareDevice : public DeviceNode {
   std::optional<Gripper> gripper_;
   PoseFilter filter_;
   const double cutoff_Hz_;
-  std::unique_ptr<LinkRunner> runner_;
+  std::unique_ptr<DeviceLine> runner_;
   Instant started_;
 
   LinkReport report_;

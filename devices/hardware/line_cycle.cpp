@@ -16,15 +16,19 @@ const AxisLimits& checked(const AxisLimits& limits) {
 }  // namespace
 
 LineCycle::LineCycle(std::string name, const AxisLimits& ours, const CommandTiming& timing,
-                     const LineEnergyOptions& energy, const FlightWriter& flight)
+                     const LineEnergyOptions& energy, const LineGuarding& guarding, const FlightWriter& flight)
     : name_(std::move(name)),
       ours_(checked(ours)),
       commands_(timing),
+      own_board_(guarding.board == nullptr ? std::make_unique<LineBoard>() : nullptr),
+      board_(guarding.board == nullptr ? own_board_.get() : guarding.board),
+      outside_(guarding.outside),
       plausibility_(ours),
       delay_in_(energy.delay_in),
       energy_(energy),
       flight_(flight) {
   report_.limits = ours;
+  if (guarding.gate) gate_.emplace(*guarding.gate);
 }
 
 bool LineCycle::newest(LinkReport& report) noexcept {
@@ -37,6 +41,15 @@ bool LineCycle::newest(LinkReport& report) noexcept {
 void LineCycle::command(Instant now, const LinkCommand& command) noexcept {
   commands_.send(now, command);
   commanded_ns_.store(now.ns, std::memory_order_release);
+}
+
+void LineCycle::pass_on(Instant commanded, const LinkCommand& command, Instant zeroed) noexcept {
+  commands_.pass_on(commanded, command, zeroed);
+  commanded_ns_.store(commanded.ns, std::memory_order_release);
+}
+
+void LineCycle::admit(Instant now) noexcept {
+  if (outside_ != nullptr) outside_->admit(now, *this);
 }
 
 std::string LineCycle::last_failure() const {
@@ -62,6 +75,7 @@ bool LineCycle::opened(const LinkLimits& theirs, LinkFailure& failure) {
   plausibility_.set(limits);
   effort_ = {};
   energy_.reopen();
+  if (gate_) gate_->reopen();
   turned_ = {};
   given_ = {};
   if (flight_) flight_.ring->tell(FlightEvent::line_opened, flight_.node, MonotonicClock::now(), name_);
@@ -71,22 +85,27 @@ bool LineCycle::opened(const LinkLimits& theirs, LinkFailure& failure) {
 }
 
 LinkCommand LineCycle::due(Instant now) {
+  admit(now);
   LinkCommand command = commands_.due(now);
-  if (commands_.has_expired()) metrics_.expired.add(1);
+  if (commands_.has_expired()) metrics().expired.add(1);
   const bool limited = report_.limits.shorten(command);
-  if (limited) metrics_.limited.add(1);
+  if (limited) metrics().limited.add(1);
+  if (gate_) command.effort = gate_->give(now, command.effort, report_.limits);
   effort_ = energy_.give(Time{now.ns}, command.effort, command.weight);
   given_ = now;
   exchange_.limited = limited ? 1 : 0;
   exchange_.bounded = effort_ != command.effort ? 1 : 0;
   command.effort = effort_;
-  if (commands_.cuts() != report_.cuts || commands_.expiries() != report_.expiries) publish();
+  if (gate_) gate_->gave(now, effort_);
+  if (outside_ != nullptr) outside_->given(now, command);
+  const bool holds = gate_ && gate_->hold() != report_.hold;
+  if (holds || commands_.cuts() != report_.cuts || commands_.expiries() != report_.expiries) publish();
   return command;
 }
 
 void LineCycle::took(Instant began, const LinkSample& sample, std::string_view fault) {
-  metrics_.cycles.add(1);
-  if (effort_ != AxisValues{}) metrics_.forced_cycles.add(1);
+  metrics().cycles.add(1);
+  if (effort_ != AxisValues{}) metrics().forced_cycles.add(1);
   report_.sample = sample;
   report_.sampled = began;
   ++report_.samples;
@@ -94,10 +113,11 @@ void LineCycle::took(Instant began, const LinkSample& sample, std::string_view f
   report_.finding = plausibility_.finding();
   if (report_.verdict != Plausibility::Verdict::jumped) {
     energy_.take(Time{began.ns} - delay_in_, report_.sample.q);
+    if (gate_) gate_->see(began, report_.sample.q, report_.limits);
   }
   report_.energy = energy_.totals();
-  metrics_.jumps.set(static_cast<std::int64_t>(plausibility_.jumps()));
-  metrics_.stuck.set(static_cast<std::int64_t>(plausibility_.times_stuck()));
+  metrics().jumps.set(static_cast<std::int64_t>(plausibility_.jumps()));
+  metrics().stuck.set(static_cast<std::int64_t>(plausibility_.times_stuck()));
   samples_.store(report_.samples, std::memory_order_release);
   if (sample.faults != 0) {
     failed({LinkError::device_fault, std::string(fault)});
@@ -106,12 +126,12 @@ void LineCycle::took(Instant began, const LinkSample& sample, std::string_view f
     publish();
     tell_flight(LinkError::none);
   }
-  pace_.beat();
+  board_->pace.beat();
 }
 
 LinkCommand LineCycle::turn(const LinkSample& sample, std::string_view fault) {
   const Instant now = MonotonicClock::now();
-  if (turned_ != Instant{}) metrics_.cycle_time.record(now - turned_);
+  if (turned_ != Instant{}) metrics().cycle_time.record(now - turned_);
   turned_ = now;
   called_ns_.store(now.ns, std::memory_order_release);
   took(now, sample, fault);
@@ -120,7 +140,7 @@ LinkCommand LineCycle::turn(const LinkSample& sample, std::string_view fault) {
 
 void LineCycle::failed(const LinkFailure& failure) {
   called_ns_.store(MonotonicClock::now().ns, std::memory_order_release);
-  metrics_.by_error[static_cast<std::size_t>(failure.error)].add(1);
+  metrics().by_error[static_cast<std::size_t>(failure.error)].add(1);
   const std::string text = name_ + ": " + failure.text;
   tell_flight(failure.error);
   if (flight_ && (report_.error != failure.error || !text.starts_with(report_.text.data()))) {
@@ -129,6 +149,7 @@ void LineCycle::failed(const LinkFailure& failure) {
                        std::string(name_of(failure.error)) + ": " + text);
   }
   report_.error = failure.error;
+  report_.asks_user = failure.asks_user;
   report_.text.fill('\0');
   std::memcpy(report_.text.data(), text.data(), std::min(text.size(), report_.text.size() - 1));
   {
@@ -162,6 +183,8 @@ void LineCycle::tell_flight(LinkError error) {
 void LineCycle::publish() {
   report_.cuts = commands_.cuts();
   report_.expiries = commands_.expiries();
+  if (gate_) report_.hold = gate_->hold();
+  if (outside_ != nullptr) return outside_->publish(report_);
   reports_.push({}, &report_);
 }
 

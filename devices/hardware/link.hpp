@@ -30,6 +30,7 @@ struct LinkFailure {
   LinkError error = LinkError::none;
   std::string text;     ///< in words, without the device's name
   bool reopen = false;  ///< the connection is of no use any more
+  bool asks_user = false;  ///< it will not open before the user has done what `text` says
 };
 
 /// Who says when a cycle of a line begins.

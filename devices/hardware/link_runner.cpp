@@ -26,7 +26,7 @@ LinkRunner::LinkRunner(std::unique_ptr<Link> link, const AxisLimits& limits, Lin
     : link_(std::move(link)),
       settings_(std::move(settings)),
       name_(link_->name()),
-      cycle_(name_, limits, settings_.commands, settings_.energy, settings_.flight),
+      cycle_(name_, limits, settings_.commands, settings_.energy, settings_.guarding, settings_.flight),
       back_off_(settings_.back_off) {
   TACTOR_DEMAND(settings_.rate > 0 && settings_.rate <= TickSchedule::max_rate);
 }
@@ -52,6 +52,16 @@ void LinkRunner::stop() {
 void LinkRunner::command(Instant now, const LinkCommand& command) noexcept {
   policy_.remember();
   cycle_.command(now, command);
+}
+
+void LinkRunner::take_first_policy() {
+  if (!settings_.begin) {
+    apply_thread_settings({}, settings_.thread_name);
+    return;
+  }
+  std::vector<std::string> refused = settings_.begin();
+  const std::scoped_lock lock(mutex_);
+  refused_ = std::move(refused);
 }
 
 void LinkRunner::take_policy() {
@@ -88,11 +98,12 @@ void LinkRunner::wait_idle() {
   shut_down();
   for (const Instant commanded = cycle_.commanded(); cycle_.commanded() == commanded;) {
     if (!pause(look_again)) return;
+    cycle_.admit(MonotonicClock::now());
   }
 }
 
 void LinkRunner::run() {
-  apply_thread_settings({}, settings_.thread_name);
+  take_first_policy();
   const TickSchedule schedule(settings_.rate);
   const LinkPace pace = link_->pace();
   const Duration ahead = pace == LinkPace::device ? Duration::from_seconds(periods_ahead / settings_.rate) : Duration{};

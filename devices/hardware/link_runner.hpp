@@ -4,12 +4,14 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "devices/hardware/device_line.hpp"
 #include "devices/hardware/inherited_policy.hpp"
 #include "devices/hardware/line_cycle.hpp"
 #include "framework/core/time.hpp"
@@ -26,7 +28,11 @@ struct LinkRunnerSettings {
   Duration back_off_max{2'000'000'000};  ///< the longest
   int failures_before_reopen = 5;        ///< failed cycles in a row
   std::string thread_name = "link";      ///< of the thread; cut to 15 characters
-  FlightWriter flight;                   ///< is told each cycle and each failure
+  LineGuarding guarding;                 ///< where the loop is in another process
+  /// The first thing that the thread does: takes its policy, and returns what the system refused, in words. Empty: it
+  /// takes over the policy of the loop's thread.
+  std::function<std::vector<std::string>()> begin;
+  FlightWriter flight;  ///< is told each cycle and each failure
 };
 
 /// Opens a Link and keeps it open, on a thread of its own, which drives the LineCycle: one command and one sample a
@@ -43,40 +49,30 @@ struct LinkRunnerSettings {
 /// A line that fails failures_before_reopen times in a row, or says that it is of no use, is closed and opened again,
 /// with a pause that doubles from attempt to attempt, also where it opens and then has no good cycle. Without any
 /// command for idle_after the device is shut down and the line closed; a new command opens it.
-class LinkRunner {
+class LinkRunner final : public DeviceLine {
  public:
   /// Throws InputError as `check` of the limits does.
   LinkRunner(std::unique_ptr<Link> link, const AxisLimits& limits, LinkRunnerSettings settings);
-  /// As `stop`.
-  ~LinkRunner();
-  LinkRunner(const LinkRunner&) = delete;
-  LinkRunner& operator=(const LinkRunner&) = delete;
+  ~LinkRunner() override;
 
   /// Makes the thread; the line is opened there.
-  void start();
-  /// Commands zero, shuts the device down, closes the line and joins the thread. Takes as long as the link's calls.
-  void stop();
+  void start() override;
+  void stop() override;
 
-  /// Device loop: the newest report; false, and nothing copied, where there is none since the last call. Wait-free.
-  bool newest(LinkReport& report) noexcept { return cycle_.newest(report); }
-  /// Device loop: the command from now on. Wait-free.
-  void command(Instant now, const LinkCommand& command) noexcept;
+  bool newest(LinkReport& report) noexcept override { return cycle_.newest(report); }
+  void command(Instant now, const LinkCommand& command) noexcept override;
+  [[nodiscard]] Pace* pace() override { return link_->pace() == LinkPace::deadlines ? nullptr : &cycle_.pace(); }
 
-  /// What the loop may wait for: the samples of a line that sets the pace. Null: the line follows a clock.
-  [[nodiscard]] Pace* pace() { return link_->pace() == LinkPace::deadlines ? nullptr : &cycle_.pace(); }
-
-  // Readable by any thread while it runs.
-  [[nodiscard]] const LinkMetrics& metrics() const { return cycle_.metrics(); }
-  /// The newest failure in words, with the device's name; empty: none.
-  [[nodiscard]] std::string last_failure() const { return cycle_.last_failure(); }
-  /// What the system did not grant to the thread, in words.
-  [[nodiscard]] std::vector<std::string> refused() const;
-  [[nodiscard]] const std::string& name() const { return name_; }  ///< of the link
+  [[nodiscard]] const LinkMetrics& metrics() const override { return cycle_.metrics(); }
+  [[nodiscard]] std::string last_failure() const override { return cycle_.last_failure(); }
+  [[nodiscard]] std::vector<std::string> refused() const override;
+  [[nodiscard]] const std::string& name() const override { return name_; }
 
  private:
   void run();
   bool open();
   bool back_off();  // pauses; false: it is to stop
+  void take_first_policy();
   void take_policy();
   void exchange(Instant began);
   void watch();

@@ -7,6 +7,7 @@
 #include "devices/hardware/declare_hardware.hpp"
 #include "devices/hardware/profile_files.hpp"
 #include "devices/hardware/serial_ports.hpp"
+#include "devices/modbus/profile_fields.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor::modbus {
@@ -38,6 +39,8 @@ HardwareParts make_parts(const Actuator::Params& params, const NodeContext& cont
     parts.limits.effort_max[i] = axis.effort_max;
     parts.limits.speed_max[i] = axis.speed_max;
     parts.limits.jump_tolerance[i] = axis.jump_tolerance;
+    parts.effort_continuous[i] = axis.effort_continuous;
+    parts.thermal_time[i] = axis.thermal_time;
     finest = std::min(finest, std::abs(setup.profile.registers[axis.position].scale));
   }
   parts.limits.axes = static_cast<int>(setup.profile.axes.size());
@@ -45,6 +48,10 @@ HardwareParts make_parts(const Actuator::Params& params, const NodeContext& cont
   parts.kinematics = std::make_unique<LinearKinematics>(directions);
   parts.rate = setup.rate;
   parts.buttons = static_cast<int>(setup.profile.buttons.size());
+  if (setup.profile.watchdog) parts.watchdog = setup.profile.watchdog->time;
+  ByteWriter bytes;
+  bytes(setup.profile, setup.endpoint);
+  parts.guardable = {"modbus", bytes.take()};
   parts.link = std::make_unique<ModbusLink>(std::move(setup.profile), std::move(setup.endpoint));
   return parts;
 }

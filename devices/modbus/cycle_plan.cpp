@@ -166,6 +166,24 @@ Fence choose_fence(const Profile& profile, const CyclePlan& plan) {
 
 }  // namespace
 
+std::vector<std::size_t> Profile::written_each_cycle() const {
+  std::set<std::size_t> written;
+  for (const Axis& axis : axes) {
+    written.insert(axis.effort);
+    if (axis.sign) written.insert(*axis.sign);
+  }
+  for (const auto* values : {&each_cycle, &at_zero}) {
+    for (const auto& [index, value] : *values) written.insert(index);
+  }
+  return {written.begin(), written.end()};
+}
+
+Duration LineSettings::silent() const {
+  if (silence) return *silence;
+  const Duration most_of_a_character{3 * character().ns + character().ns / 2};
+  return baud > 19200 ? Duration{1'750'000} : most_of_a_character;
+}
+
 CyclePlan plan_cycle(const Profile& profile) {
   std::set<std::size_t> read, seldom;
   for (const Axis& axis : profile.axes) read.insert(axis.position);

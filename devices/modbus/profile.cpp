@@ -202,10 +202,24 @@ void ProfileReader::fence(const Tree& tree) {
   profile_.fence = result;
 }
 
+/// How warm the motor may become: both numbers, or neither.
+void ProfileReader::motor(const Tree& tree, const std::string& path, Axis& axis) {
+  const Tree *continuous = tree.value("effort_continuous"), *time = tree.value("thermal_time");
+  if ((continuous == nullptr) != (time == nullptr)) {
+    error(tree, path + ": expected effort_continuous and thermal_time together, found " +
+                    (continuous == nullptr ? "thermal_time" : "effort_continuous") + " alone");
+    return;
+  }
+  number(tree, path, "effort_continuous", {.unit = "N", .min = 0, .max = axis.effort_max, .above_min = true},
+         [&](double v) { axis.effort_continuous = v; });
+  number(tree, path, "thermal_time", {.unit = "s", .min = 1, .max = 1e5}, [&](double v) { axis.thermal_time = v; });
+}
+
 void ProfileReader::one_axis(const Tree& tree, const std::string& path) {
   if (!expect_map(tree, path, "a map", diagnostics_)) return;
   check_keys(tree, path, "key",
-             {"position", "effort", "direction", "effort_max", "speed_max", "jump_tolerance", "effort_as", "sign"},
+             {"position", "effort", "direction", "effort_max", "effort_continuous", "thermal_time", "speed_max",
+              "jump_tolerance", "effort_as", "sign"},
              diagnostics_);
   Axis axis;
   const Tree *position = needed(tree, path, "position"), *effort = needed(tree, path, "effort");
@@ -232,6 +246,7 @@ void ProfileReader::one_axis(const Tree& tree, const std::string& path) {
   needed(tree, path, "jump_tolerance");
   number(tree, path, "effort_max", {.unit = "N", .min = 0, .max = 1e5, .above_min = true},
          [&](double v) { axis.effort_max = v; });
+  motor(tree, path, axis);
   number(tree, path, "speed_max", {.unit = "m/s", .min = 0, .max = 100, .above_min = true},
          [&](double v) { axis.speed_max = v; });
   number(tree, path, "jump_tolerance", {.unit = "m", .min = 0, .max = 1}, [&](double v) { axis.jump_tolerance = v; });
@@ -455,24 +470,6 @@ Profile finish(const std::optional<Tree>& tree, const std::string& file, Diagnos
 }
 
 }  // namespace
-
-std::vector<std::size_t> Profile::written_each_cycle() const {
-  std::set<std::size_t> written;
-  for (const Axis& axis : axes) {
-    written.insert(axis.effort);
-    if (axis.sign) written.insert(*axis.sign);
-  }
-  for (const auto* values : {&each_cycle, &at_zero}) {
-    for (const auto& [index, value] : *values) written.insert(index);
-  }
-  return {written.begin(), written.end()};
-}
-
-Duration LineSettings::silent() const {
-  if (silence) return *silence;
-  const Duration most_of_a_character{3 * character().ns + character().ns / 2};
-  return baud > 19200 ? Duration{1'750'000} : most_of_a_character;
-}
 
 Profile read_profile(const std::filesystem::path& file) {
   Diagnostics diagnostics;

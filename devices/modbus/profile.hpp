@@ -53,6 +53,8 @@ struct Axis {
   std::size_t effort = 0;                       ///< register
   Vec3 direction{0, 0, 1};                      ///< in the device's base, in which its position grows
   double effort_max = 0;                        ///< N
+  double effort_continuous = 0;                 ///< N that the motor bears for ever; 0: not known
+  double thermal_time = 0;                      ///< s, of its winding; 0: not known
   double speed_max = 1;                         ///< m/s
   double jump_tolerance = 0;                    ///< m
   bool magnitude = false;                       ///< the register takes the size of the effort alone

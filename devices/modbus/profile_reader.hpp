@@ -75,6 +75,7 @@ class ProfileReader {
   void fence(const Tree& tree);
   void axes(const Tree& tree);
   void one_axis(const Tree& tree, const std::string& path);
+  void motor(const Tree& tree, const std::string& path, Axis& axis);
   void check_effort(const Tree& tree, const std::string& path, const Axis& axis);
   void emulated(const Tree& tree);
   void reactions(const Tree& map);

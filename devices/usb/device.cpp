@@ -4,6 +4,7 @@
 
 #include "devices/hardware/profile_files.hpp"
 #include "devices/usb/usb_link.hpp"
+#include "devices/usb/usb_profile_fields.hpp"
 #include "framework/core/check.hpp"
 
 namespace tactor {
@@ -12,9 +13,18 @@ namespace {
 
 constexpr Duration calibration_time{300'000'000};
 
-HardwareParts parts_of(const UsbProfile& profile, std::unique_ptr<UsbLink> link) {
+UsbProfile profile_of(const UsbDevice::Params& params) {
+  return read_usb_profile(params.profile);
+}
+
+HardwareParts parts_of(const UsbDevice::Params& params) {
+  const UsbProfile profile = profile_of(params);
+  const UsbChoice choice{params.serial, params.file};
   HardwareParts parts;
-  parts.link = std::move(link);
+  ByteWriter bytes;
+  bytes(profile, choice);
+  parts.guardable = {"usb", bytes.take()};
+  parts.link = std::make_unique<UsbLink>(profile, choice);
   parts.kinematics = profile.make_kinematics();
   parts.limits.axes = static_cast<int>(profile.axes.size());
   parts.limits.effort_max = profile.values(&UsbAxis::effort_max);
@@ -29,10 +39,6 @@ HardwareParts parts_of(const UsbProfile& profile, std::unique_ptr<UsbLink> link)
   parts.buttons = static_cast<int>(profile.input.buttons.size());
   parts.resolution = profile.resolution;
   return parts;
-}
-
-UsbProfile profile_of(const UsbDevice::Params& params) {
-  return read_usb_profile(params.profile);
 }
 
 std::string calibrate(const UsbDevice::Params& params, const Ask& ask) {
@@ -82,34 +88,8 @@ std::vector<std::string> discover(std::vector<std::string>& notes) {
 
 }  // namespace
 
-/// What the base class is made of, and a way to the link in it.
-struct UsbDevice::Parts {
-  explicit Parts(const Params& params) {
-    const UsbProfile profile = profile_of(params);
-    auto made = std::make_unique<UsbLink>(profile, UsbChoice{params.serial, params.file});
-    link = made.get();
-    hardware = parts_of(profile, std::move(made));
-  }
-  UsbLink* link;
-  HardwareParts hardware;
-};
-
-UsbDevice::UsbDevice(const Params& params, const NodeContext& context) : UsbDevice(params, context, Parts(params)) {}
-
-UsbDevice::UsbDevice(const Params& params, const NodeContext& context, Parts parts)
-    : HardwareDevice(params, context, std::move(parts.hardware)), link_(parts.link) {}
-
-void UsbDevice::follow(const Node& tested) {
-  follows_ = true;
-  HardwareDevice::follow(tested);
-}
-
-void UsbDevice::start(StepContext& context) {
-  if (!follows_) {
-    if (const std::string missing = link_->missing_calibration(); !missing.empty()) throw InputError(missing);
-  }
-  HardwareDevice::start(context);
-}
+UsbDevice::UsbDevice(const Params& params, const NodeContext& context)
+    : HardwareDevice(params, context, parts_of(params)) {}
 
 NodeInfo UsbDevice::declare() {
   using P = Params;

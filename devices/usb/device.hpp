@@ -8,9 +8,6 @@
 
 namespace tactor {
 
-class UsbLink;
-struct UsbProfile;
-
 /// See HardwareDevice; the line is a UsbLink. A device that needs a calibration and has none does not start: `start`
 /// throws InputError, which says what to do.
 class UsbDevice final : public HardwareDevice {
@@ -22,16 +19,6 @@ class UsbDevice final : public HardwareDevice {
   };
   UsbDevice(const Params& params, const NodeContext& context);
   static NodeInfo declare();
-
-  void start(StepContext& context) override;
-  void follow(const Node& tested) override;
-
- private:
-  struct Parts;
-  UsbDevice(const Params& params, const NodeContext& context, Parts parts);
-
-  UsbLink* link_;  // the runner's; touched by `start` alone, before its thread is made
-  bool follows_ = false;
 };
 
 }  // namespace tactor

@@ -165,7 +165,7 @@ bool UsbLink::find_zero(LinkFailure& failure) {
   } catch (const RunError& error) {
     why = std::string("its calibration is not valid: ") + error.what();
   }
-  failure = {LinkError::identity, why, true};
+  failure = {LinkError::identity, why, true, true};
   return false;
 }
 
@@ -247,19 +247,6 @@ void UsbLink::close() {
   // A board that only answers looks for the zero after its reports have been taken, and not before.
   if (profile_.asks_first) wait_while([this] { return unanswered_ > 0; });
   port_.reset();
-}
-
-std::string UsbLink::missing_calibration() {
-  if (profile_.calibration.empty()) return {};
-  std::string why;
-  const auto port = bus_.open(selector_, why);
-  if (port == nullptr) return {};
-  try {
-    if (store_.find(port->identity(), zero_.size())) return {};
-  } catch (const RunError& error) {
-    return name_ + ": its calibration is not valid: " + error.what();
-  }
-  return name_ + ": " + uncalibrated(profile_);
 }
 
 std::vector<double> UsbLink::calibrate(Duration still) {

@@ -42,8 +42,6 @@ class UsbLink final : public Link, private UsbListener {
   bool exchange(const LinkCommand& command, LinkSample& sample, LinkFailure& failure) override;
   void close() override;
 
-  /// Whether a device that is there lacks its calibration: what to tell the user, or empty. Opens and closes it.
-  std::string missing_calibration();
   /// Reads the counters for `still`, during which the device must not be moved by more than three counts, and keeps
   /// them as those of the pose of calibration; returns them. Throws InputError where it moved, RunError where it cannot
   /// be read.

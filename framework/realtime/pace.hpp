@@ -11,6 +11,8 @@ namespace tactor {
 /// The beats of one thread, for which another one waits. Neither locks or allocates.
 class Pace {
  public:
+  /// `between_processes`: it lies in memory that two processes share.
+  explicit Pace(bool between_processes = false) noexcept : between_processes_(between_processes) {}
   /// The thread that sets the pace. A system call only where the other one waits.
   void beat() noexcept;
 
@@ -22,6 +24,7 @@ class Pace {
   void wait(std::uint32_t seen, Instant end) noexcept;
 
  private:
+  const bool between_processes_;
   std::atomic<std::uint32_t> beats_{0};
   std::atomic<bool> waits_{false};
   std::atomic<std::int64_t> newest_ns_{0};

@@ -12,7 +12,7 @@
 #include "app/study/cluster/cluster_plan.hpp"
 #include "app/study/cluster/merge.hpp"
 #include "app/study/cluster/submit.hpp"
-#include "app/study/run/bytes.hpp"
+#include "framework/core/bytes.hpp"
 #include "framework/core/temporary_folder.hpp"
 
 BOOST_AUTO_TEST_SUITE(cluster_shard_test)

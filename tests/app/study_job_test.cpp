@@ -6,7 +6,7 @@
 #include <limits>
 #include <optional>
 
-#include "app/study/run/bytes.hpp"
+#include "framework/core/bytes.hpp"
 #include "framework/core/check.hpp"
 
 BOOST_AUTO_TEST_SUITE(study_job_test)

@@ -1,8 +1,8 @@
 // Which fields of jobs, answers and what they are made of go from one process of a study to another.
 #pragma once
 
-#include "app/study/run/bytes.hpp"
 #include "app/study/run/job.hpp"
+#include "framework/core/bytes.hpp"
 
 namespace tactor {
 

@@ -1,6 +1,7 @@
 // Values as bytes and back, field by field, so that doubles keep every bit.
 #pragma once
 
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstring>
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "framework/core/check.hpp"
+#include "framework/core/time.hpp"
 
 namespace tactor {
 
@@ -28,6 +30,10 @@ concept SameAs = std::same_as<std::remove_const_t<T>, U>;
 /// Numbers and enumerations are copied as they lie in memory: writer and reader are the same program.
 template <class T>
 concept Flat = (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) || std::is_enum_v<T>;
+
+void fields(auto& bytes, SameAs<Duration> auto& d) {
+  bytes(d.ns);
+}
 
 /// Appends values.
 class ByteWriter {
@@ -57,6 +63,10 @@ class ByteWriter {
     } else {
       for (const T& value : values) put(value);
     }
+  }
+  template <class T, std::size_t n>
+  void put(const std::array<T, n>& values) {
+    for (const T& value : values) put(value);
   }
   template <class K, class V, class C>
   void put(const std::map<K, V, C>& values) {
@@ -128,6 +138,10 @@ class ByteReader {
       for (std::size_t left = count(1); left > 0; --left) get(values.emplace_back());
     }
   }
+  template <class T, std::size_t n>
+  void get(std::array<T, n>& values) {
+    for (T& value : values) get(value);
+  }
   template <class K, class V, class C>
   void get(std::map<K, V, C>& values) {
     for (std::size_t left = count(1); left > 0; --left) {
@@ -181,7 +195,7 @@ class ByteReader {
     bytes_.remove_prefix(size);
     return part;
   }
-  [[noreturn]] static void fail() { throw RunError("a message between processes of a study is damaged"); }
+  [[noreturn]] static void fail() { throw RunError("a message between processes is damaged"); }
 
   std::string_view bytes_;
 };

@@ -1,0 +1,141 @@
+// tactor-guard: drives the line of one device for an engine, and takes the force to zero where the engine dies, stops or
+// asks for it. Started by GuardedLine, with three descriptors: its configuration, the shared memory and the engine.
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/signalfd.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <string>
+#include <vector>
+
+#include "devices/guard/engine_slots.hpp"
+#include "devices/guard/guard_policy.hpp"
+#include "devices/guard/lines.hpp"
+#include "devices/hardware/guard_share.hpp"
+#include "devices/hardware/link_runner.hpp"
+#include "framework/core/check.hpp"
+#include "framework/core/shown_text.hpp"
+#include "framework/realtime/memory_lock.hpp"
+
+namespace tactor {
+
+namespace {
+
+constexpr Duration longest_ramp{500'000'000};  // of a line that does not answer any more
+constexpr Duration look_for_rest{500'000};
+
+/// The size of a file whose size, and with `seals` whose content too, nobody can change. Throws RunError for others.
+std::size_t sealed_size(int file, int seals) {
+  const int found = fcntl(file, F_GET_SEALS);
+  struct stat status {};
+  if (found < 0 || (found & seals) != seals || fstat(file, &status) != 0 || status.st_size <= 0) {
+    throw RunError("its memory is not there or not sealed; the engine of a run starts it, and nobody else");
+  }
+  return static_cast<std::size_t>(status.st_size);
+}
+
+GuardConfig read_config() {
+  std::string bytes(sealed_size(guard_config_file, F_SEAL_WRITE | F_SEAL_SHRINK), '\0');
+  // From its begin, wherever the engine has left it.
+  if (pread(guard_config_file, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
+    throw RunError("its configuration cannot be read");
+  }
+  auto config = from_bytes<GuardConfig>(bytes);
+  if (config.layout != guard_layout) throw RunError("it is of another build than the engine; install both together");
+  return config;
+}
+
+GuardShare& map_share() {
+  const std::size_t size = sealed_size(guard_share_file, F_SEAL_SHRINK | F_SEAL_GROW);
+  if (size != sizeof(GuardShare)) throw RunError("it is of another build than the engine; install both together");
+  void* memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, guard_share_file, 0);
+  if (memory == MAP_FAILED) throw RunError(std::string("its memory cannot be mapped: ") + std::strerror(errno));
+  return *static_cast<GuardShare*>(memory);
+}
+
+void tell(GuardWords& words, const std::vector<std::string>& lines) {
+  std::size_t size = 0;
+  for (const std::string& line : lines) {
+    const std::size_t part = std::min(line.size(), words.text.size() - size);
+    std::memcpy(words.text.data() + size, line.data(), part);
+    size += part;
+    if (size < words.text.size()) words.text[size++] = '\n';
+  }
+  words.size.store(static_cast<std::uint32_t>(size), std::memory_order_release);
+}
+
+/// Signals that a terminal or an operator sends: all of them mean that the guard is to end, with the force at zero.
+/// Those of the terminal do not come, because the guard has a session of its own.
+int signals_to_end() {
+  sigset_t set{};
+  sigemptyset(&set);
+  for (const int one : {SIGTERM, SIGINT, SIGHUP, SIGQUIT}) sigaddset(&set, one);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+  const int file = signalfd(-1, &set, SFD_CLOEXEC);
+  if (file < 0) throw RunError(std::string("no signals: ") + std::strerror(errno));
+  return file;
+}
+
+LinkRunnerSettings settings_of(const GuardConfig& config, GuardShare& share, EngineSlots& slots,
+                               const MemoryLock& memory) {
+  LinkRunnerSettings settings;
+  settings.rate = config.rate;
+  settings.commands = {config.age_max, config.expires_after, config.let_go};
+  settings.energy = config.energy;
+  settings.thread_name = config.thread_name;
+  settings.guarding = {&slots, &share.board, config.gate};
+  settings.begin = [&share, &memory, period = Duration::from_rate(config.rate), name = config.thread_name] {
+    std::vector<std::string> lines = take_guard_policy(period, name);
+    if (memory.refused()) lines.push_back("tactor-guard: " + describe(*memory.refused()));
+    tell(share.words, lines);
+    return lines;
+  };
+  return settings;
+}
+
+/// Until a signal comes or the engine has gone.
+void wait_for_the_end(int signals) {
+  pollfd watched[] = {{signals, POLLIN, 0}, {guard_engine_file, POLLIN, 0}};
+  while (poll(watched, std::size(watched), -1) < 0 && errno == EINTR) continue;
+}
+
+int guard() {
+  GuardShare* share = nullptr;
+  try {
+    const GuardConfig config = read_config();
+    share = &map_share();
+    const int signals = signals_to_end();
+    const MemoryLock memory;
+    EngineSlots slots(*share, config.expires_after);
+    LinkRunner runner(make_link(config.line, config.link), config.limits, settings_of(config, *share, slots, memory));
+    runner.start();
+    wait_for_the_end(signals);
+    slots.refuse_all();
+    const Instant give_up = MonotonicClock::now() + longest_ramp;
+    while (!slots.at_rest() && MonotonicClock::now() < give_up) {
+      MonotonicClock::sleep_until(MonotonicClock::now() + look_for_rest);
+    }
+    runner.stop();
+    return 0;
+  } catch (const std::exception& error) {
+    if (share != nullptr) tell(share->words, {std::string("tactor-guard: ") + error.what()});
+    std::fprintf(stderr, "tactor-guard: %s\n", error.what());
+    return 1;
+  }
+}
+
+}  // namespace
+
+}  // namespace tactor
+
+int main() {
+  tactor::show_only_text();
+  return tactor::guard();
+}
