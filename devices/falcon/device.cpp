@@ -54,8 +54,7 @@ std::vector<std::string> discover(std::vector<std::string>&) {
 
 }  // namespace
 
-Falcon::Falcon(const Params& params, const NodeContext& context)
-    : HardwareDevice(params, context, parts_of(params)) {}
+Falcon::Falcon(const Params& params, const NodeContext& context) : HardwareDevice(params, context, parts_of(params)) {}
 
 NodeInfo Falcon::declare() {
   using P = Params;

@@ -159,8 +159,8 @@ bool FalconLink::answers(LinkFailure& failure) {
 
 bool FalconLink::load_firmware(LinkFailure& failure) {
   if (firmware_.empty()) {
-    failure = {LinkError::identity, "it has no firmware: give the path of the image by `firmware` (none is shipped)", true,
-               true};
+    failure = {LinkError::identity, "it has no firmware: give the path of the image by `firmware` (none is shipped)",
+               true, true};
     return false;
   }
   running_ = false;

@@ -1,5 +1,5 @@
-// tactor-guard: drives the line of one device for an engine, and takes the force to zero where the engine dies, stops or
-// asks for it. Started by GuardedLine, with three descriptors: its configuration, the shared memory and the engine.
+// tactor-guard: drives the line of one device for an engine, and takes the force to zero where the engine dies, stops
+// or asks for it. Started by GuardedLine, with three descriptors: its configuration, the shared memory and the engine.
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>

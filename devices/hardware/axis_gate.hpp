@@ -33,8 +33,8 @@ enum class GateHold : std::uint8_t {
 /// What it says to a user: `its handle is faster than its axes can be moved`.
 const char* words_of(GateHold hold);
 
-/// Temperature of a motor's winding, as a share of the largest one: dT/dt = ((F / F_continuous)^2 - T) / time, from 0 on.
-/// At F_continuous it goes to 1, at twice of that to 4.
+/// Temperature of a motor's winding, as a share of the largest one: dT/dt = ((F / F_continuous)^2 - T) / time, from 0
+/// on. At F_continuous it goes to 1, at twice of that to 4.
 class WindingHeat {
  public:
   /// `continuous` in N or N m, `time` in s; a model without either stays cold.

@@ -117,7 +117,24 @@ bool Claim::take(const std::string& name, std::string& why, Sharing sharing) {
   return true;
 }
 
-std::string process_text(int pid) {
+namespace {
+
+/// The engine that a guard works for, as long as it is there; else the process itself.
+int engine_of(int pid) {
+  std::ifstream file("/proc/" + std::to_string(pid) + "/cmdline", std::ios::binary);
+  std::string program, engine;
+  std::getline(file, program, '\0');
+  std::getline(file, engine, '\0');
+  const bool is_guard = fs::path(program).filename() == "tactor-guard" && !engine.empty() &&
+                        engine.find_first_not_of("0123456789") == std::string::npos && engine.size() < 10;
+  std::error_code error;
+  return is_guard && fs::exists("/proc/" + engine, error) ? std::stoi(engine) : pid;
+}
+
+}  // namespace
+
+std::string process_text(int process) {
+  const int pid = engine_of(process);
   std::string text = pid == getpid() ? "this process, " + std::to_string(pid) : "process " + std::to_string(pid);
   std::ifstream file("/proc/" + std::to_string(pid) + "/cmdline", std::ios::binary);
   std::string command{std::istreambuf_iterator<char>(file), {}};

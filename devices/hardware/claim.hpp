@@ -27,8 +27,9 @@ class Claim {
   std::string name_;
 };
 
-/// `process 4711 (tactor run duck.yaml)`, or without the command where it may not be seen.
-std::string process_text(int pid);
+/// `process 4711 (tactor run duck.yaml)`, or without the command where it may not be seen. Of a guard it is the engine
+/// that it works for, which is what a user knows of.
+std::string process_text(int process);
 
 /// Why a device cannot be had, and what to do, where `holder` (a `process_text`, or empty where unknown) has it.
 std::string in_use_by(const std::string& holder);

@@ -39,11 +39,12 @@ void declare_hardware(Declare<N>& declaration, HardwareParams defaults = {}) {
        "an encoder counts as stuck if it shows no change for this time under a fifth of the largest force; 0: never",
        defaults.stuck_after, 0, 600);
   declaration
-      .choice("guard", static_cast<GuardChoice P::*>(&P::guard),
-              {{"auto", GuardChoice::automatic}, {"on", GuardChoice::on}, {"off", GuardChoice::off}},
-              std::optional(defaults.guard),
-              "whether the line runs in a process of its own, tactor-guard, which takes the force to zero within 5 ms if "
-              "this program dies or stops; auto: unless the device has a watchdog of its own below 100 ms")
+      .choice(
+          "guard", static_cast<GuardChoice P::*>(&P::guard),
+          {{"auto", GuardChoice::automatic}, {"on", GuardChoice::on}, {"off", GuardChoice::off}},
+          std::optional(defaults.guard),
+          "whether the line runs in a process of its own, tactor-guard, which takes the force to zero within 5 ms if "
+          "this program dies or stops; auto: unless the device has a watchdog of its own below 100 ms")
       .real("workspace_scale", static_cast<double P::*>(&P::workspace_scale),
             {.doc = "motion in the scene per motion of the device",
              .default_value = defaults.workspace_scale,

@@ -52,11 +52,12 @@ struct GuardConfig {
 };
 
 void fields(auto& bytes, SameAs<AxisLimits> auto& l) {
-  bytes(l.axes, l.role, l.pose, l.effort_max, l.speed_max, l.jump_tolerance, l.q_min, l.q_max, l.stuck_after, l.stuck_share);
+  bytes(l.axes, l.role, l.pose, l.effort_max, l.speed_max, l.jump_tolerance, l.q_min, l.q_max, l.stuck_after,
+        l.stuck_share);
 }
 void fields(auto& bytes, SameAs<LineEnergyOptions> auto& o) {
-  bytes(o.axes, o.lever, o.step, o.period, o.delay_in, o.delay_out, o.held, o.lets_go, o.acceleration,
-        o.slew, o.start, o.kept, o.stiffness, o.share, o.bounds);
+  bytes(o.axes, o.lever, o.step, o.period, o.delay_in, o.delay_out, o.held, o.lets_go, o.acceleration, o.slew, o.start,
+        o.kept, o.stiffness, o.share, o.bounds);
 }
 void fields(auto& bytes, SameAs<GuardConfig> auto& c) {
   bytes(c.layout, c.line, c.link, c.limits, c.rate, c.expires_after, c.let_go, c.age_max, c.energy, c.gate,

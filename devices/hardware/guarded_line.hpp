@@ -24,7 +24,8 @@ enum class GuardChoice : std::uint8_t {
   off,
 };
 
-/// A line that a guard can open: the kind of it, and the bytes of what its link is made of (see devices/guard/lines.cpp).
+/// A line that a guard can open: the kind of it, and the bytes of what its link is made of (see
+/// devices/guard/lines.cpp).
 struct GuardableLink {
   std::string line;
   std::string link;

@@ -93,8 +93,8 @@ LinkRunnerSettings runner_settings(const HardwareParams& params, const HardwareP
   return settings;
 }
 
-/// By axis at most twice what the gate of the loop lets through, so that only a command that did not pass it is changed.
-/// Of geometries whose levers are not known the time from zero to the largest effort is taken instead.
+/// By axis at most twice what the gate of the loop lets through, so that only a command that did not pass it is
+/// changed. Of geometries whose levers are not known the time from zero to the largest effort is taken instead.
 AxisValues slew_of(const HardwareParams& params, const HardwareParts& parts) {
   constexpr double room = 2, shortest_rise = 2e-3;
   AxisValues slew = every_axis(LinkLimits::unknown);
@@ -257,7 +257,8 @@ void HardwareDevice::tell_status(Time t) noexcept {
 ReadResult HardwareDevice::judged() noexcept {
   const Plausibility::Finding& f = report_.finding;
   const char* name = runner_->name().c_str();
-  if (report_.hold != GateHold::none) return fail("%s: the guard holds the force back: %s", name, words_of(report_.hold));
+  if (report_.hold != GateHold::none)
+    return fail("%s: the guard holds the force back: %s", name, words_of(report_.hold));
   if (report_.sample.faults != 0) return fail("%s", report_.text.data());
   if (report_.verdict == Plausibility::Verdict::jumped && report_.limits.turns() && f.axis >= 3 && f.axis < 6) {
     return fail("%s: its orientation jumped by %.3g rad in %.3g ms and is not believed", name, f.to,

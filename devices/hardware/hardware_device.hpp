@@ -53,7 +53,8 @@ struct HardwareParts {
 /// Whether the line of such a device runs in the guard. Throws ValueError where it is to and cannot.
 bool needs_guard(GuardChoice choice, const HardwareParts& parts);
 
-/// A device of hardware. Its line runs on a LinkRunner's thread, here or in the guard; the loop takes the newest sample there is.
+/// A device of hardware. Its line runs on a LinkRunner's thread, here or in the guard; the loop takes the newest sample
+/// there is.
 ///
 /// Reading fails, so the gate lets no force through and comes back by its ramp after recovery_time, where the newest
 /// sample is older than link_timeout, where the device reports a fault of its own, where an encoder has jumped or is
@@ -81,8 +82,9 @@ bool needs_guard(GuardChoice choice, const HardwareParts& parts);
 class HardwareDevice : public DeviceNode {
  public:
   ~HardwareDevice() override;
-  /// Opens the line. Throws InputError where the device asks for something of the user first, and RunError, within connect_timeout and 1 s, where no attempt to open it succeeds; a line
-  /// whose first opening takes longer is waited for by the run.
+  /// Opens the line. Throws InputError where the device asks for something of the user first, and RunError, within
+  /// connect_timeout and 1 s, where no attempt to open it succeeds; a line whose first opening takes longer is waited
+  /// for by the run.
   void start(StepContext& context) override;
   void follow(const Node& tested) override;
   [[nodiscard]] bool must_be_followed() const override { return true; }

@@ -87,8 +87,8 @@ struct LineGuarding {
 };
 
 /// What is handed over between a device loop and the line, and what each cycle does with it: the command that is due
-/// passes the limits of the axes, the gate where there is one, and the bound on the energy; a sample is judged, unwrapped, counted and reported. The
-/// loop never waits, allocates or locks.
+/// passes the limits of the axes, the gate where there is one, and the bound on the energy; a sample is judged,
+/// unwrapped, counted and reported. The loop never waits, allocates or locks.
 ///
 /// One thread drives the cycles at a time: a LinkRunner's, or that of a device's library by `turn`.
 class LineCycle final : public LinkTurn {

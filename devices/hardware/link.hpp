@@ -28,8 +28,8 @@ std::string_view name_of(LinkError error);
 /// Why something on the line failed.
 struct LinkFailure {
   LinkError error = LinkError::none;
-  std::string text;     ///< in words, without the device's name
-  bool reopen = false;  ///< the connection is of no use any more
+  std::string text;        ///< in words, without the device's name
+  bool reopen = false;     ///< the connection is of no use any more
   bool asks_user = false;  ///< it will not open before the user has done what `text` says
 };
 

@@ -1,4 +1,5 @@
-// What a ModbusLink is made of, as bytes for another process. Places in files, and how the device is emulated, stay here.
+// What a ModbusLink is made of, as bytes for another process. Places in files, and how the device is emulated, stay
+// here.
 #pragma once
 
 #include "devices/modbus/client.hpp"
@@ -43,8 +44,8 @@ void fields(auto& bytes, SameAs<Endpoint> auto& e) {
   bytes(e.serial, e.host, e.port, e.path);
 }
 void fields(auto& bytes, SameAs<Profile> auto& p) {
-  bytes(p.name, p.title, p.line, p.registers, p.identify, p.start_up, p.shut_down, p.calibrate, p.each_cycle,
-        p.at_zero, p.combined, p.read_gap, p.status, p.buttons, p.watchdog, p.fence, p.axes);
+  bytes(p.name, p.title, p.line, p.registers, p.identify, p.start_up, p.shut_down, p.calibrate, p.each_cycle, p.at_zero,
+        p.combined, p.read_gap, p.status, p.buttons, p.watchdog, p.fence, p.axes);
 }
 
 }  // namespace tactor::modbus

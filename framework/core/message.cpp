@@ -81,10 +81,6 @@ class DescriptionText {
   std::string text_;
 };
 
-SharedBytes& array_at(void* value, std::size_t offset) {
-  return *reinterpret_cast<SharedBytes*>(static_cast<std::byte*>(value) + offset);
-}
-
 }  // namespace
 
 std::size_t count_of(const Field& field) {
@@ -172,15 +168,6 @@ const MessageType& keep_message_type(MessageType type) {
     if (same_type(one, type)) return one;
   }
   return kept.emplace_back(std::move(type));
-}
-
-void retain(const MessageType& type, const void* value) noexcept {
-  // The count is not part of the value.
-  for (const std::size_t offset : type.arrays) array_at(const_cast<void*>(value), offset).retain();
-}
-
-void release(const MessageType& type, void* value) noexcept {
-  for (const std::size_t offset : type.arrays) array_at(value, offset).release();
 }
 
 }  // namespace tactor

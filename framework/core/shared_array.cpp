@@ -4,12 +4,18 @@
 #include <limits>
 #include <new>
 
+#include "framework/core/message.hpp"
+
 namespace tactor {
 
 namespace {
 
 constexpr std::align_val_t block_alignment{alignof(ArrayBlock)};
 constexpr std::uint64_t index_mask = 0xffffffffU;
+
+SharedBytes& array_at(void* value, std::size_t offset) {
+  return *reinterpret_cast<SharedBytes*>(static_cast<std::byte*>(value) + offset);
+}
 
 }  // namespace
 
@@ -75,6 +81,15 @@ void ArrayMemory::give_back(ArrayBlock* given) noexcept {
     if (top_.compare_exchange_weak(top, changed, std::memory_order_acq_rel, std::memory_order_relaxed)) break;
   }
   drop();
+}
+
+void retain(const MessageType& type, const void* value) noexcept {
+  // The count is not part of the value.
+  for (const std::size_t offset : type.arrays) array_at(const_cast<void*>(value), offset).retain();
+}
+
+void release(const MessageType& type, void* value) noexcept {
+  for (const std::size_t offset : type.arrays) array_at(value, offset).release();
 }
 
 }  // namespace tactor
