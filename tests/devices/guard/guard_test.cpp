@@ -1,6 +1,7 @@
-// The guard's slots, what it refuses, its ramp, and its gate by axis, against closed forms and an independent integration.
-// Mutations that must fail here: no sum in SlotReader::take fails `a_record_with_any_bit_turned_is_not_used`; no ramp in
-// CommandChannel::letting_go fails `an_expired_command_goes_to_zero_linearly`; a deadline of ten times fails that one too.
+// The guard's slots, what it refuses, its ramp, and its gate by axis, against closed forms and an independent
+// integration. Mutations that must fail here: no sum in SlotReader::take fails
+// `a_record_with_any_bit_turned_is_not_used`; no ramp in CommandChannel::letting_go fails
+// `an_expired_command_goes_to_zero_linearly`; a deadline of ten times fails that one too.
 #include <array>
 #include <boost/test/unit_test.hpp>
 #include <cmath>
