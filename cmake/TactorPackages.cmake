@@ -68,9 +68,9 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_LIBRARY_OUTPUT_DIRECTORY
 set(same "tactor (= ${PROJECT_VERSION})")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_NAME tactor)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION science)
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/triggers)
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/cmake/debian/triggers ${CMAKE_SOURCE_DIR}/cmake/debian/runtime/postinst)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_RECOMMENDS "tactor-cgal, tactor-suitesparse, xdg-utils")
-set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "gnuplot-nox | gnuplot-qt | gnuplot-x11")
+set(CPACK_DEBIAN_RUNTIME_PACKAGE_DEPENDS "gnuplot-nox | gnuplot-qt | gnuplot-x11, libcap2-bin")
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SUGGESTS "chromium | firefox-esr, libtactor-dev, python3-tactor, tactor-mujoco")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "Smooth force feedback from slow physics
 A haptic device wants a force 1,000 times a second, and physics often delivers

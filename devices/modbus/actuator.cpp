@@ -86,11 +86,13 @@ void check_watchdog(const Setup& setup, bool rate_of_graph) {
 }
 
 /// What there is to know of a device that nothing makes let go when the commands end.
-std::string danger_of(const Profile& profile) {
+std::string danger_of(const Profile& profile, GuardChoice guard) {
   if (profile.watchdog) return {};
-  return profile.name +
-         ": its profile names no watchdog: if this program is killed or the line is cut, the device may keep its last "
-         "force; keep an emergency stop or its power switch within reach";
+  const char* who = guard == GuardChoice::off ? "this program" : "its guard (tactor-guard, not this program)";
+  return profile.name + ": its profile names no watchdog: if " + who +
+         " is killed or the line is cut, the device may keep its last force; keep an emergency stop or its power "
+         "switch "
+         "within reach";
 }
 
 std::string calibrate(const Actuator::Params& params, const Ask& ask) {
@@ -144,7 +146,7 @@ Setup make_setup(const Actuator::Params& params) {
                      ", found " + text_of("%.3g ms", 1e3 * params.link_timeout.seconds()));
   }
   check_watchdog(setup, params.link_rate > 0);
-  setup.danger = danger_of(setup.profile);
+  setup.danger = danger_of(setup.profile, params.guard);
   return setup;
 }
 
