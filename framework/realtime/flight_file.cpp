@@ -106,6 +106,7 @@ FlightFile::FlightFile(const std::string& name, const FlightRing::Description& d
   memory_ = {static_cast<std::byte*>(memory), size};
   static_cast<void>(ask_for_lock(file_.number(), LockKind::whole));
   ring_.emplace(memory_, description);
+  ring_->set_file(file_.number());
   // Refused where MemoryLock is refused too, which tells it.
   static_cast<void>(::mlock(memory, size));
 }

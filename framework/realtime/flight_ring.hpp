@@ -47,6 +47,12 @@ struct FlightHeader {
 };
 static_assert(std::is_trivially_copyable_v<FlightHeader>);
 
+/// Where the records of a ring lie in its memory.
+struct FlightPlace {
+  std::uint64_t records_at = 0;  ///< bytes from the begin
+  std::uint64_t capacity = 0;    ///< records; 0: there is no ring
+};
+
 /// A ring of FlightRecords over memory that somebody else owns and that may be shared between processes.
 ///
 /// Any number of threads write, each without waiting: a record takes the next place, and overwrites the oldest. In it
@@ -68,6 +74,17 @@ class FlightRing {
   /// Goes on with the ring that `memory` holds, such as one of another process. Throws InputError, without a name of
   /// the file, where there is none of this version's layout.
   explicit FlightRing(std::span<std::byte> memory);
+  /// Goes on with a ring that another process of the same build has made, and said where. Throws InputError where the
+  /// memory is too small for it or holds none.
+  FlightRing(std::span<std::byte> memory, const FlightPlace& place);
+
+  [[nodiscard]] FlightPlace place() const noexcept {
+    return {static_cast<std::uint64_t>(reinterpret_cast<std::byte*>(records_) - reinterpret_cast<std::byte*>(header_)),
+            capacity_};
+  }
+  /// The file whose whole content is the memory, for processes that write too; -1: there is none. Not owned.
+  void set_file(int file) noexcept { file_ = file; }
+  [[nodiscard]] int file() const noexcept { return file_; }
 
   /// Adds a record; `body` is one of those of flight_record.hpp.
   template <class Body>
@@ -101,6 +118,7 @@ class FlightRing {
   FlightHeader* const header_;
   FlightRecord* const records_;
   const std::uint64_t capacity_;
+  int file_ = -1;
 };
 
 /// Who writes into a ring: a node of the run, by its index into the plan. Without a ring nothing is written.
