@@ -24,8 +24,6 @@ void EngineSlots::admit(Instant now, LineCycle& cycle) noexcept {
   cycle.pass_on(order.deadline - expires_after_, order.command, order.zeroed);
 }
 
-// Here the command has passed everything: a flight recorder that outlives the engine records it here, and the report in
-// `publish`.
 void EngineSlots::given(Instant, const LinkCommand& command) noexcept {
   at_rest_.store(command.is_zero(), std::memory_order_release);
 }

@@ -1,5 +1,6 @@
 // tactor-guard: drives the line of one device for an engine, and takes the force to zero where the engine dies, stops
-// or asks for it. Started by GuardedLine, with three descriptors: its configuration, the shared memory and the engine.
+// or asks for it. Started by GuardedLine, with descriptors of its configuration,
+// the shared memory, the engine and the file of its flight recorder.
 #include <fcntl.h>
 #include <poll.h>
 #include <signal.h>
@@ -12,6 +13,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -83,17 +85,43 @@ int signals_to_end() {
   return file;
 }
 
+/// The engine's flight recorder, to which the guard goes on to write where the engine has gone; none where the engine
+/// has none. It waits for no page later.
+std::optional<FlightRing> map_flight(const GuardConfig& config) {
+  if (config.flight.capacity == 0) return std::nullopt;
+  struct stat status {};
+  if (fstat(guard_flight_file, &status) != 0 || status.st_size <= 0) throw RunError("its file is not there");
+  const auto size = static_cast<std::size_t>(status.st_size);
+  void* memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, guard_flight_file, 0);
+  if (memory == MAP_FAILED) throw RunError(std::string("its file cannot be mapped: ") + std::strerror(errno));
+  return FlightRing({static_cast<std::byte*>(memory), size}, config.flight);
+}
+
+/// The same. Why the line of an engine that has a recorder cannot be told to it goes to `refused`, in words.
+std::optional<FlightRing> find_flight(const GuardConfig& config, std::string& refused) {
+  try {
+    return map_flight(config);
+  } catch (const std::exception& error) {
+    refused = std::string("tactor-guard: the flight recorder has no cycles of the line: ") + error.what();
+    return std::nullopt;
+  }
+}
+
 LinkRunnerSettings settings_of(const GuardConfig& config, GuardShare& share, EngineSlots& slots,
-                               const MemoryLock& memory) {
+                               const MemoryLock& memory, std::optional<FlightRing>& flight,
+                               const std::string& flight_refused) {
   LinkRunnerSettings settings;
   settings.rate = config.rate;
   settings.commands = {config.age_max, config.expires_after, config.let_go};
   settings.energy = config.energy;
   settings.thread_name = config.thread_name;
   settings.guarding = {&slots, &share.board, config.gate};
-  settings.begin = [&share, &memory, period = Duration::from_rate(config.rate), name = config.thread_name] {
+  if (flight) settings.flight = {&*flight, static_cast<std::size_t>(config.flight_node)};
+  settings.begin = [&share, &memory, flight_refused, period = Duration::from_rate(config.rate),
+                    name = config.thread_name] {
     std::vector<std::string> lines = take_guard_policy(period, name);
     if (memory.refused()) lines.push_back("tactor-guard: " + describe(*memory.refused()));
+    if (!flight_refused.empty()) lines.push_back(flight_refused);
     tell(share.words, lines);
     return lines;
   };
@@ -113,8 +141,11 @@ int guard() {
     share = &map_share();
     const int signals = signals_to_end();
     const MemoryLock memory;
+    std::string flight_refused;
+    std::optional<FlightRing> flight = find_flight(config, flight_refused);
     EngineSlots slots(*share, config.expires_after);
-    LinkRunner runner(make_link(config.line, config.link), config.limits, settings_of(config, *share, slots, memory));
+    LinkRunner runner(make_link(config.line, config.link), config.limits,
+                      settings_of(config, *share, slots, memory, flight, flight_refused));
     runner.start();
     wait_for_the_end(signals);
     slots.refuse_all();

@@ -10,6 +10,7 @@
 #include "devices/hardware/line_cycle.hpp"
 #include "devices/hardware/shared_slot.hpp"
 #include "framework/core/bytes.hpp"
+#include "framework/realtime/flight_ring.hpp"
 
 namespace tactor {
 
@@ -49,6 +50,8 @@ struct GuardConfig {
   LineEnergyOptions energy;
   AxisGateLimits gate;
   std::string thread_name;
+  FlightPlace flight;             ///< of the ring that is told each cycle, in the file guard_flight_file
+  std::uint64_t flight_node = 0;  ///< see FlightWriter
 };
 
 void fields(auto& bytes, SameAs<AxisLimits> auto& l) {
@@ -59,16 +62,19 @@ void fields(auto& bytes, SameAs<LineEnergyOptions> auto& o) {
   bytes(o.axes, o.lever, o.step, o.period, o.delay_in, o.delay_out, o.held, o.lets_go, o.acceleration, o.slew, o.start,
         o.kept, o.stiffness, o.share, o.bounds);
 }
+void fields(auto& bytes, SameAs<FlightPlace> auto& p) {
+  bytes(p.records_at, p.capacity);
+}
 void fields(auto& bytes, SameAs<GuardConfig> auto& c) {
   bytes(c.layout, c.line, c.link, c.limits, c.rate, c.expires_after, c.let_go, c.age_max, c.energy, c.gate,
-        c.thread_name);
+        c.thread_name, c.flight, c.flight_node);
 }
 
 /// Tells builds apart whose shared memory lies otherwise.
 inline constexpr std::uint64_t guard_layout =
     std::uint64_t{1} << 48U | std::uint64_t{sizeof(GuardShare)} << 16U | sizeof(GuardOrder);
 
-/// The descriptors that a guard is started with.
-inline constexpr int guard_config_file = 3, guard_share_file = 4, guard_engine_file = 5;
+/// The descriptors that a guard is started with. The last one is there if the configuration names the place of a ring.
+inline constexpr int guard_config_file = 3, guard_share_file = 4, guard_engine_file = 5, guard_flight_file = 6;
 
 }  // namespace tactor

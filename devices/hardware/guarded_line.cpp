@@ -58,14 +58,17 @@ GuardShare* map_and_make(const FileDescriptor& file) {
 /// The descriptors and the surroundings of a guard's process.
 class Surroundings {
  public:
-  Surroundings(const FileDescriptor& config, const FileDescriptor& share, const FileDescriptor& engine) {
+  /// `flight` may be none.
+  Surroundings(const FileDescriptor& config, const FileDescriptor& share, const FileDescriptor& engine,
+               const FileDescriptor& flight) {
     posix_spawn_file_actions_init(&actions_);
     posix_spawn_file_actions_addopen(&actions_, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
     posix_spawn_file_actions_addopen(&actions_, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
     posix_spawn_file_actions_adddup2(&actions_, config.number(), guard_config_file);
     posix_spawn_file_actions_adddup2(&actions_, share.number(), guard_share_file);
     posix_spawn_file_actions_adddup2(&actions_, engine.number(), guard_engine_file);
-    posix_spawn_file_actions_addclosefrom_np(&actions_, guard_engine_file + 1);
+    if (flight) posix_spawn_file_actions_adddup2(&actions_, flight.number(), guard_flight_file);
+    posix_spawn_file_actions_addclosefrom_np(&actions_, (flight ? guard_flight_file : guard_engine_file) + 1);
     posix_spawnattr_init(&attributes_);
     sigset_t all{}, none{};
     sigfillset(&all);
@@ -94,16 +97,33 @@ FileDescriptor moved_up(const FileDescriptor& file) {
   return moved;
 }
 
+/// The file of a ring anew, without the lock by which others see that this process lives; none for -1, or where that is
+/// not granted, which the guard tells.
+FileDescriptor opened_again(int file) {
+  if (file < 0) return {};
+  const std::string name = "/proc/self/fd/" + std::to_string(file);
+  const FileDescriptor opened(open(name.c_str(), O_RDWR | O_CLOEXEC));
+  return opened ? moved_up(opened) : FileDescriptor();
+}
+
+GuardConfig with_flight(GuardConfig config, const FlightWriter& flight) {
+  if (!flight || flight.ring->file() < 0) return config;
+  config.flight = flight.ring->place();
+  config.flight_node = flight.node;
+  return config;
+}
+
 }  // namespace
 
 void GuardedLine::Unmap::operator()(GuardShare* share) const {
   munmap(share, sizeof *share);
 }
 
-GuardedLine::GuardedLine(std::unique_ptr<Link> link, GuardConfig config)
+GuardedLine::GuardedLine(std::unique_ptr<Link> link, GuardConfig config, const FlightWriter& flight)
     : link_(std::move(link)),
-      config_(std::move(config)),
+      config_(with_flight(std::move(config), flight)),
       name_(link_->name()),
+      flight_file_(flight ? flight.ring->file() : -1),
       file_(shared_file()),
       share_(map_and_make(file_)),
       orders_(share_->orders),
@@ -128,8 +148,8 @@ void GuardedLine::start() {
   // The guard sees by it when this process ends, however that comes.
   const FileDescriptor engine(static_cast<int>(syscall(SYS_pidfd_open, getpid(), 0)));
   if (!engine) refuse("this process cannot be watched");
-  const FileDescriptor handed[] = {moved_up(config), moved_up(file_), moved_up(engine)};
-  const Surroundings surroundings(handed[0], handed[1], handed[2]);
+  const FileDescriptor handed[] = {moved_up(config), moved_up(file_), moved_up(engine), opened_again(flight_file_)};
+  const Surroundings surroundings(handed[0], handed[1], handed[2], handed[3]);
   std::string path = program, owner = std::to_string(getpid());
   char* const words[] = {path.data(), owner.data(), nullptr};
   const int error =

@@ -38,8 +38,9 @@ struct GuardableLink {
 /// down.
 class GuardedLine final : public DeviceLine {
  public:
-  /// `link` tells its name and its pace; it is never opened here. Throws RunError where there is no shared memory.
-  GuardedLine(std::unique_ptr<Link> link, GuardConfig config);
+  /// `link` tells its name and its pace; it is never opened here. The guard tells `flight` each cycle, if its ring has
+  /// a file. Throws RunError where there is no shared memory.
+  GuardedLine(std::unique_ptr<Link> link, GuardConfig config, const FlightWriter& flight = {});
   ~GuardedLine() override;
 
   /// Throws InputError where the program tactor-guard is not there, RunError where it does not start.
@@ -66,7 +67,8 @@ class GuardedLine final : public DeviceLine {
   const std::unique_ptr<Link> link_;
   const GuardConfig config_;
   const std::string name_;
-  FileDescriptor file_;  // of the shared memory
+  const int flight_file_;  // of the ring; -1: there is none
+  FileDescriptor file_;    // of the shared memory
   std::unique_ptr<GuardShare, Unmap> share_;
   SlotWriter<GuardOrder> orders_;
   SlotReader<LinkReport> reports_;

@@ -163,7 +163,7 @@ HardwareDevice::HardwareDevice(const HardwareParams& params, const NodeContext& 
   const LinkRunnerSettings settings = runner_settings(params, parts, context);
   if (needs_guard(params.guard, parts)) {
     GuardConfig config = guard_config(params, parts, limits, settings);
-    runner_ = std::make_unique<GuardedLine>(std::move(parts.link), std::move(config));
+    runner_ = std::make_unique<GuardedLine>(std::move(parts.link), std::move(config), settings.flight);
   } else {
     runner_ = std::make_unique<LinkRunner>(std::move(parts.link), limits, settings);
   }
