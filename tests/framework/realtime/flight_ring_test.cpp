@@ -146,6 +146,15 @@ BOOST_AUTO_TEST_CASE(another_process_goes_on_with_the_ring_it_is_handed) {
   FlightRing again({rig.memory, rig.size});
   again.add(FlightKind::tick, 0, {2}, FlightTick{});
   BOOST_TEST(read_flight(rig.bytes()).records.size() == 2U);
+  FlightRing by_place({rig.memory, rig.size}, rig.ring.place());
+  by_place.add(FlightKind::tick, 0, {3}, FlightTick{});
+  const FlightLog log = read_flight(rig.bytes());
+  BOOST_TEST(log.records.size() == 3U);
+  BOOST_TEST(log.torn == 0U);
+  const FlightPlace place = rig.ring.place();
+  BOOST_CHECK_THROW(FlightRing({rig.memory, rig.size - 1}, place), InputError);
+  BOOST_CHECK_THROW(FlightRing({rig.memory, rig.size}, FlightPlace{place.records_at, 0}), InputError);
+  BOOST_CHECK_THROW(FlightRing({rig.memory + 64, rig.size - 64}, FlightPlace{place.records_at - 64, 4}), InputError);
 }
 
 BOOST_AUTO_TEST_CASE(a_record_takes_nothing_of_the_heap,
