@@ -13,8 +13,8 @@ namespace {
 static_assert(sizeof(std::atomic<std::uint32_t>) == sizeof(std::uint32_t));
 
 /// The system finds who waits sooner where it need not look beyond the process.
-constexpr int futex_call(int what, bool between_processes) {
-  return between_processes ? what : what | FUTEX_PRIVATE_FLAG;
+constexpr int futex_call(int call, bool between_processes) {
+  return between_processes ? call : call | FUTEX_PRIVATE_FLAG;
 }
 
 }  // namespace
