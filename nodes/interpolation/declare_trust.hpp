@@ -8,10 +8,9 @@
 
 namespace tactor {
 
-/// Adds `trust_time`, `trust_time_max` and `trust_distance`. `beyond`: what happens to a result that is older;
-/// `distance`: what the distance means.
+/// Adds `trust_time` and `trust_time_max`. `beyond`: what happens to a result that is older.
 template <class N>
-void declare_trust(Declare<N>& node, const std::string& beyond, const std::string& distance) {
+void declare_trust_time(Declare<N>& node, const std::string& beyond) {
   using Params = typename N::Params;
   node.template real<Duration>("trust_time", &Params::trust_time,
                                {.doc = "age of a physics result beyond which " + beyond +
@@ -26,8 +25,15 @@ void declare_trust(Declare<N>& node, const std::string& beyond, const std::strin
                                 .unit = "s",
                                 .default_value = 1,
                                 .min = 0,
-                                .max = 10})
-      .template real<double>("trust_distance", &Params::trust_distance,
+                                .max = 10});
+}
+
+/// The same and `trust_distance`. `distance`: what the distance means.
+template <class N>
+void declare_trust(Declare<N>& node, const std::string& beyond, const std::string& distance) {
+  using Params = typename N::Params;
+  declare_trust_time(node, beyond);
+  node.template real<double>("trust_distance", &Params::trust_distance,
                              {.doc = distance, .unit = "m", .default_value = 0.02, .min = 0, .max = 10});
 }
 

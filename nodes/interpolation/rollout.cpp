@@ -92,7 +92,7 @@ void Rollout::declare_metrics(Declare<Rollout>& node) {
               [](const Rollout& self) { return self.scene_.work_most(); })
       .left_out_when(looks_for_none)
       .metric("rollout.correction_rms_N", "N", "RMS jump of the model's force where a model arrives", Better::lower,
-              [](const Rollout& self) { return self.blended_.correction_rms(); });
+              [](const Rollout& self) { return self.display_.correction_rms(); });
 }
 
 NodeInfo Rollout::declare() {
@@ -138,11 +138,10 @@ NodeInfo Rollout::declare() {
 Rollout::Rollout(const Params& params, const NodeContext& context)
     : params_(params),
       torque_(context.torque),
-      tick_(Duration::from_rate(params.rate)),
+      display_(Duration::from_rate(params.rate), params.blend_time),
       scene_{surface_contacts(params, context), patch_contacts(params, context),
              rollout_model("interpolation.rollout", params, context)},
-      carried_(tick_, torque_),
-      blended_(tick_, params.blend_time),
+      carried_(display_.tick(), torque_),
       trust_(params),
       fallback_(torque_) {}
 
@@ -248,22 +247,21 @@ void Rollout::step(StepContext& context) {
   if (!intake_.running() && !corrected) return;
   go_on();
   const Source source = choose(now);
-  ForceState to = aim(source, now);
-  if (const auto fault = segment_if_not_finite(now, {to.value, to.rate})) return segment.send(intake_.valid(), *fault);
-  // A sample that is finite and yet absurd would else be blended out for long.
-  const CouplingParameters& coupling = scene_.rollout().model().coupling;
-  to.rate = limited(to.rate, coupling, 1 / tick_.seconds());
+  const ForceState to = aim(source, now);
   const bool other =
       corrected || source != source_ || (source == Source::forecast && fallback_.is_new(*forecast.latest()));
-  ForceSegment shown = blended_.go_on(now, to, one_tick_later(to, tick_, coupling), other);
-  // Zero would say nothing.
-  shown.trust_time = std::max(trust_.time(), Duration{1});
-  if (intake_.running() && corrected) blended_.count_correction();
+  if (!display_.show(now,
+                     {.force = to,
+                      .changed = other,
+                      .corrected = corrected,
+                      .trust_time = trust_.time(),
+                      .valid = intake_.valid()},
+                     scene_.rollout().model().coupling, intake_, segment)) {
+    return;
+  }
   source_ = source;
-  intake_.start();
   if (source != Source::rollout && !failed_ && trusted(now)) ++outdone_ticks_;
   ++ticks_[static_cast<std::size_t>(source)];
-  segment.send(intake_.valid(), shown);
 }
 
 }  // namespace tactor

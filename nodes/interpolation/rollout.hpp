@@ -8,6 +8,7 @@
 #include "framework/node/declare.hpp"
 #include "nodes/interpolation/blended_force.hpp"
 #include "nodes/interpolation/model_intake.hpp"
+#include "nodes/interpolation/rollout_display.hpp"
 #include "nodes/interpolation/rollout_fallback.hpp"
 #include "nodes/interpolation/rollout_trust.hpp"
 #include "nodes/interpolation/stepped_scene.hpp"
@@ -74,10 +75,9 @@ class Rollout final : public Node, public Refusing {
 
   Params params_;
   bool torque_;
-  Duration tick_;
+  RolloutDisplay display_;
   SteppedScene scene_;
   CarriedForce carried_;
-  BlendedForce blended_;
   HandleTrack<256> track_;
   std::size_t advanced_ = 0;  // samples that the rollout has been through
   ModelIntake intake_;

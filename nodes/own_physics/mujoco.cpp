@@ -54,9 +54,10 @@ NodeInfo MujocoPhysics::declare() {
 MujocoPhysics::MujocoPhysics(const Params& params, const NodeContext& context)
     : name_(context.name),
       start_at_device_(params.start_at_device),
-      motion_(load_engine("physics.mujoco", params, context), params.substep),
-      numbers_(engine_state_pool(motion_.engine(), most_engine_states)) {
-  note_untold(params, motion_.engine(), context);
+      engine_(load_engine("physics.mujoco", params, context)),
+      motion_(*engine_, params.substep),
+      numbers_(engine_state_pool(*engine_, most_engine_states)) {
+  note_untold(params, *engine_, context);
 }
 
 void MujocoPhysics::step(StepContext& context) {
@@ -73,25 +74,26 @@ void MujocoPhysics::step(StepContext& context) {
     if (!gate_.admit(sample)) continue;
     moved = true;
     if (!begun_) {
-      motion_.begin(sample, spring->value, start_at_device_);
+      if (start_at_device_) engine_->place_tool(sample.value.X_WD);
+      motion_.begin(sample, spring->value);
       begun_ = true;
     } else if (!motion_.advance(sample, spring->value, contacts.wanted() ? &found_ : nullptr)) {
       throw RunError("node " + name_ + ": MuJoCo cannot go on at " + std::to_string(motion_.time().seconds()) +
-                     " s: " + motion_.engine().failure());
+                     " s: " + engine_->failure());
     }
   }
   if (!moved) return;
-  context.add_work(motion_.engine().tool().contacts);
+  context.add_work(engine_->tool().contacts);
   send();
 }
 
 void MujocoPhysics::send() {
   const Time time = motion_.time();
   state.send(time, motion_.tool_and_handle());
-  if (bodies.wanted()) bodies.send(time, motion_.engine().bodies());
+  if (bodies.wanted()) bodies.send(time, engine_->bodies());
   if (contacts.wanted()) {
     // At the begin there has been no step yet.
-    if (found_.bodies.count == 0) found_.bodies = motion_.engine().bodies();
+    if (found_.bodies.count == 0) found_.bodies = engine_->bodies();
     contacts.send(time, found_);
   }
   if (!engine.wanted()) return;

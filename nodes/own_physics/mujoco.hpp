@@ -36,6 +36,7 @@ class MujocoPhysics final : public Node, public Refusing {
 
   std::string name_;
   bool start_at_device_;
+  std::unique_ptr<CoupledEngine> engine_;
   EngineMotion motion_;
   std::unique_ptr<ArrayPool<double>> numbers_;
   NewMessages<DeviceState> new_samples_;

@@ -5,11 +5,11 @@
 #include <memory>
 #include <optional>
 
+#include "framework/core/engine_state.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/core/refusals.hpp"
 #include "framework/core/shared_array.hpp"
-#include "nodes/physics/engine/coupled_engine.hpp"
-#include "nodes/physics/engine/engine_state.hpp"
+#include "nodes/physics/engine/stepped_engine.hpp"
 
 namespace tactor {
 
@@ -17,16 +17,19 @@ namespace tactor {
 /// into equal sub-steps, with the handle moving steadily from one to the other. Allocates nothing once it is made.
 class EngineMotion {
  public:
-  /// `substep`: the longest sub-step, s.
-  EngineMotion(std::unique_ptr<CoupledEngine> engine, double substep) : engine_(std::move(engine)), substep_(substep) {}
+  /// `engine` outlives it. `substep`: the longest sub-step, s.
+  EngineMotion(SteppedEngine& engine, double substep) : engine_(engine), substep_(substep) {}
 
-  /// Begins at that sample; `at_handle`: with the tool at the handle.
-  void begin(const Stamped<DeviceState>& sample, const CouplingParameters& coupling, bool at_handle);
+  /// Begins at that sample, with the engine as it is.
+  void begin(const Stamped<DeviceState>& sample, const CouplingParameters& coupling) {
+    sample_ = sample;
+    coupling_ = coupling;
+  }
   /// Why that state is not usable, but for the engine's own numbers: it is of another model, or not finite.
   [[nodiscard]] RefusalReason refusal(const EngineState& state) const;
   /// Goes to that state, from which these trees move; or why not: it is of another model, or not finite.
   [[nodiscard]] RefusalReason restart(const EngineState& state, Trees moving);
-  /// The trees to move from that state on, as CoupledEngine::near_trees tells. `handle`: where it is by now;
+  /// The trees to move from that state on, as SteppedEngine::near_trees tells. `handle`: where it is by now;
   /// `step_budget` and `horizon`: s.
   [[nodiscard]] Trees near_trees(const EngineState& state, const DeviceState& handle, double horizon,
                                  double step_budget);
@@ -50,13 +53,12 @@ class EngineMotion {
   [[nodiscard]] PhysicsState tool_and_handle() const;
   /// m/s^2 and rad/s^2, of the tool between the last two samples.
   [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
-  [[nodiscard]] CoupledEngine& engine() { return *engine_; }
-  [[nodiscard]] const CoupledEngine& engine() const { return *engine_; }
+  [[nodiscard]] const SteppedEngine& engine() const { return engine_; }
   /// Sub-steps so far.
   [[nodiscard]] std::int64_t steps() const { return steps_; }
 
  private:
-  std::unique_ptr<CoupledEngine> engine_;
+  SteppedEngine& engine_;
   double substep_;
   Trees moving_ = all_trees;
   Stamped<DeviceState> sample_;
@@ -66,6 +68,6 @@ class EngineMotion {
 };
 
 /// A pool for the arrays of `messages` states of that engine.
-std::unique_ptr<ArrayPool<double>> engine_state_pool(const CoupledEngine& engine, std::size_t messages);
+std::unique_ptr<ArrayPool<double>> engine_state_pool(const SteppedEngine& engine, std::size_t messages);
 
 }  // namespace tactor

@@ -19,9 +19,6 @@ struct EngineParams {
   double substep = 0;  ///< s
 };
 
-/// Messages that edges and their readers hold at the same time.
-inline constexpr std::size_t most_engine_states = 32;
-
 /// Adds the model's parameters. `substep`: the default of the longest sub-step, s.
 template <class N>
 void declare_engine_model(Declare<N>& node, bool required, double substep) {

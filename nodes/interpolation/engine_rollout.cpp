@@ -1,0 +1,147 @@
+#include "nodes/interpolation/engine_rollout.hpp"
+
+#include <algorithm>
+
+#include "nodes/physics/mechanics/coupling_wrench.hpp"
+
+namespace tactor {
+
+namespace {
+
+/// Samples of the handle that one tick goes through at most; of more some are left out.
+constexpr std::size_t most_engine_samples = 4;
+
+/// The rollout is meant to have physics' own law, so it is compared with physics for the report alone.
+TrustOptions for_the_report(TrustOptions options) {
+  options.estimate_time = Duration::from_seconds(1);
+  options.worse = 1;
+  return options;
+}
+
+}  // namespace
+
+EngineRollout::EngineRollout(SteppedEngine& engine, double substep, const EngineRolloutParams& params, bool torque)
+    : params_(params),
+      torque_(torque),
+      motion_(engine, substep),
+      display_(Duration::from_rate(params.rate), params.blend_time),
+      carried_(display_.tick(), torque_),
+      trust_(for_the_report(params)) {}
+
+/// The coupling's, on the device.
+Wrench EngineRollout::wrench() const {
+  return coupling_wrench(coupling_, motion_.tool_and_handle(), torque_);
+}
+
+bool EngineRollout::trusted(Time now) const {
+  return (in_each_tick() || now - intake_.valid() < trust_.time()) && !failed_;
+}
+
+/// Whether the scene may stay where the rollout has it: a result tells of the tool alone.
+bool EngineRollout::may_keep() const {
+  if (in_each_tick()) return intake_.running() && !failed_;
+  const std::size_t of_tool = motion_.engine().tool_rotates() ? 6 : 3;
+  return params_.restart == EngineRolloutParams::Restart::on_disagreement && intake_.running() && !failed_ && !held_ &&
+         motion_.engine().numbers().velocity.size() == of_tool;
+}
+
+/// Takes the state into use, with the scene as it is or where the state has it; or why not.
+RefusalReason EngineRollout::take_state(const EngineState& state, bool keep) {
+  if (keep) return motion_.refusal(state);
+  // What the handle did between a state and the samples that are known would be guessed.
+  if (state.time < track_[track_.first()].stamp.valid && track_.first() > 0) return RefusalReason::late;
+  // More bodies than the loop can step without memory of the heap come from a node other than the resimulation.
+  constexpr Trees tool_alone = 1;
+  const Trees moving = motion_.engine().may_allocate(state.moving) ? tool_alone : state.moving;
+  const RefusalReason why = motion_.restart(state, moving);
+  if (why == RefusalReason::none) moved_.note(motion_.engine().moving_bodies());
+  return why;
+}
+
+/// True where a new state has come and is gone on with.
+bool EngineRollout::take_model(const Stamped<EngineState>& newest, Time now) {
+  if (intake_.is_in_use(newest.stamp) || intake_.was_refused(newest.stamp)) return false;
+  // Results that are slow may be trusted for longer than the ones before.
+  const Duration most_trusted = std::max(trust_.time(), params_.trust_time_max);
+  if (intake_.is_late(newest, now) || now - newest.stamp.valid >= most_trusted) {
+    intake_.refuse(newest.stamp, RefusalReason::late);
+    return false;
+  }
+  const bool keep = may_keep() && (in_each_tick() || !trust_.disagrees(newest.stamp.valid, newest.value.p_WT_result));
+  if (const RefusalReason why = take_state(newest.value, keep); why != RefusalReason::none) {
+    intake_.refuse(newest.stamp, why);
+    return false;
+  }
+  coupling_ = newest.value.coupling;
+  if (!keep) {
+    failed_ = false;
+    held_wrench_ = wrench();
+    advanced_ = track_.after(newest.value.time);
+    trust_.agree();
+  }
+  trust_.learn(newest.stamp.valid, newest.value.wrench_result.force, 0, intake_.use(newest.stamp, now));
+  result_wrench_ = limited(newest.value.wrench_result, newest.value.coupling);
+  return !keep;
+}
+
+/// Goes through samples that the engine has not been through yet: in each tick through one after the other, otherwise
+/// to the newest.
+void EngineRollout::go_on() {
+  advanced_ = std::max(advanced_, track_.first());
+  const std::size_t due = track_.count() - advanced_;
+  const std::size_t steps = std::min(due, most_engine_samples);
+  const std::size_t way = in_each_tick() ? steps : due;
+  if (way > 0 && motion_.substeps_to(track_[advanced_ + way - 1].stamp.valid) > params_.max_substeps) {
+    failed_ = true;
+    ++overruns_;
+    return;
+  }
+  for (std::size_t k = 1; k <= steps && !failed_; ++k) advance_to(track_[advanced_ + way * k / steps - 1]);
+  advanced_ += way;
+}
+
+void EngineRollout::advance_to(const Stamped<DeviceState>& sample) {
+  failed_ = !motion_.advance(sample, coupling_);
+  if (failed_) {
+    ++failed_steps_;
+  } else {
+    note_state();
+  }
+}
+
+void EngineRollout::note_state() {
+  const PhysicsState state = motion_.tool_and_handle();
+  RolloutTrust::Forces forces;
+  forces[RolloutTrust::rolled] = wrench().force;
+  forces[RolloutTrust::held_result] = forces[RolloutTrust::forecasted] = result_wrench_.force;
+  trust_.note(motion_.time(), state.X_WT.p, forces);
+}
+
+void EngineRollout::step(Time now, Input<EngineState>& model, Input<DeviceState>& device,
+                         Output<ForceSegment>& segment) {
+  track_.take(device);
+  if (model.latest() == nullptr || track_.count() == 0) return;
+  const bool corrected = take_model(*model.latest(), now);
+  if (!intake_.running() && !corrected) return;
+  if (trusted(now)) go_on();
+  const bool hold = !trusted(now) || lags();
+  ForceState to;
+  if (hold) {
+    to.value = held_wrench_;
+  } else {
+    to = carried_.at(now, motion_.time(), motion_.tool_and_handle(), coupling_, motion_.acceleration(),
+                     track_.acceleration());
+    held_wrench_ = wrench();
+  }
+  const RolloutDisplay::Aim aim = {.force = to,
+                                   .changed = corrected || hold != held_,
+                                   .corrected = corrected,
+                                   .trust_time = trust_.time(),
+                                   // In each tick, the force is of the newest sample, whatever physics does beside.
+                                   .valid = in_each_tick() && !hold ? motion_.time() : intake_.valid()};
+  if (!display_.show(now, aim, coupling_, intake_, segment)) return;
+  held_ = hold;
+  ++(hold ? held_ticks_ : rolled_ticks_);
+}
+
+}  // namespace tactor
