@@ -44,6 +44,17 @@ double erp(double k, double b, double h) {
   return k > 0 ? h * k / (h * k + b) : 0;
 }
 
+/// On the tool, without limits.
+Wrench spring_and_damper(const CouplingParameters& coupling, const DeviceState& handle, const Pose& X_WT,
+                         const Twist& V_WT, bool turns) {
+  Wrench wrench{coupling.k_t * (handle.X_WD.p - X_WT.p) + coupling.b_t * (handle.V_WD.v - V_WT.v), {}};
+  if (turns) {
+    wrench.torque =
+        coupling.k_r * to_rotation_vector(handle.X_WD.R * inverse(X_WT.R)) + coupling.b_r * (handle.V_WD.w - V_WT.w);
+  }
+  return wrench;
+}
+
 double cfm(double k, double b, double h) {
   const double sum = h * k + b;
   return sum > 0 ? 1 / sum : std::numeric_limits<double>::infinity();
@@ -67,17 +78,22 @@ Wrench explicit_wrench(const CouplingParameters& coupling, const DeviceState& ha
   check_positive("h", "s", h);
   check_positive("mass", "kg", tool.mass);
   check_stable("translation", "m", coupling.k_t, coupling.b_t, tool.mass, h);
-  Wrench wrench{coupling.k_t * (handle.X_WD.p - tool.X_WT.p) + coupling.b_t * (handle.V_WD.v - tool.V_WT.v), {}};
-  if (tool.inertia != 0) {
+  const bool turns = tool.inertia != 0;
+  if (turns) {
     check_positive("inertia", "kg m^2", tool.inertia);
     check_stable("rotation", "I", coupling.k_r, coupling.b_r, tool.inertia, h);
-    wrench.torque = coupling.k_r * to_rotation_vector(handle.X_WD.R * inverse(tool.X_WT.R)) +
-                    coupling.b_r * (handle.V_WD.w - tool.V_WT.w);
   }
+  const Wrench wrench = spring_and_damper(coupling, handle, tool.X_WT, tool.V_WT, turns);
   if (!is_finite(wrench)) {
     throw InputError("wrench: the tool's pose and velocity are not finite; the program's physics has lost it");
   }
   return wrench;
+}
+
+Wrench wrench_on_device(const CouplingParameters& coupling, const DeviceState& handle, const Pose& X_WT,
+                        const Twist& V_WT, bool turns) {
+  const Wrench on_tool = spring_and_damper(coupling, handle, X_WT, V_WT, turns);
+  return {limited(-on_tool.force, coupling.force_max), limited(-on_tool.torque, coupling.torque_max)};
 }
 
 }  // namespace tactor

@@ -50,4 +50,10 @@ struct ExplicitTool {
 Wrench explicit_wrench(const CouplingParameters& coupling, const DeviceState& handle, const ExplicitTool& tool,
                        double h);
 
+/// The wrench of the coupling on the device about its handle, in W, as a graph's coupling shows it: the opposite of the
+/// one on the tool, force and torque each shortened to the limits of the device. `turns`: false where the tool keeps
+/// its rotation, and the torque is zero.
+Wrench wrench_on_device(const CouplingParameters& coupling, const DeviceState& handle, const Pose& X_WT,
+                        const Twist& V_WT, bool turns);
+
 }  // namespace tactor

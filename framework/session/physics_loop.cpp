@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <string>
+#include <utility>
 
 #include "framework/core/between_samples.hpp"
 #include "framework/core/check.hpp"
@@ -40,7 +41,8 @@ bool is_external(const NodeInfo& info) {
   return info.fed && info.role == Role::dynamics && info.param("rate") &&
          takes("device", message_type<DeviceState>()) && takes("coupling", message_type<CouplingParameters>()) &&
          gives("state", message_type<PhysicsState>()) && gives("bodies", message_type<BodyStates>()) &&
-         gives("contacts", message_type<ContactSet>()) && gives("force", message_type<Wrench>());
+         gives("contacts", message_type<ContactSet>()) && gives("force", message_type<Wrench>()) &&
+         gives("engine", message_type<EngineState>());
 }
 
 std::size_t find_external(const Plan& plan, std::string_view name) {
@@ -117,7 +119,8 @@ PhysicsLoop::PhysicsLoop(Session& session, std::string_view node)
       moving_(motions_of(session.plan().graph.scene)),
       has_coupling_(has_edge(session.plan(), node_, "coupling", {})),
       reads_force_(has_edge(session.plan(), node_, {}, "force")),
-      reads_contacts_(has_edge(session.plan(), node_, {}, "contacts")) {
+      reads_contacts_(has_edge(session.plan(), node_, {}, "contacts")),
+      reads_states_(has_edge(session.plan(), node_, {}, "engine")) {
   check_policies(session.plan(), node_);
   if (!session.claim_inputs(node_)) {
     throw InputError("node " + this->node().name + " has a loop of physics already; a session has one for each node");
@@ -129,6 +132,40 @@ std::string PhysicsLoop::node_of(const Plan& plan, std::string_view node) {
   return plan.nodes[find_external(plan, node)].name;
 }
 
+void PhysicsLoop::rollout(std::size_t numbers, CopyFunction step) {
+  const std::string name = "node " + node().name + ": ";
+  if (session_.is_started()) throw InputError(name + "expected the light copy before the session starts");
+  if (copy_states_) throw InputError(name + "the program has given a light copy already");
+  if (numbers == 0 || !step) throw InputError(name + "expected a light copy with a step and 1 number or more");
+  if (reads_states_ && !has_coupling_) {
+    throw InputError(name + "a light copy moves its tool by the graph's coupling; expected an edge into " +
+                     node().name + ".coupling, found none");
+  }
+  copy_states_ = std::make_unique<ArrayPool<double>>(most_engine_states, numbers);
+  const LightCopy copy{numbers, std::move(step)};
+  const Plan& plan = session_.plan();
+  std::vector<std::size_t> senders{node_};
+  for (std::size_t i = 0; i < senders.size(); ++i) {
+    for (const PlannedEdge& edge : plan.edges) {
+      const OutputInfo& output = plan.nodes[edge.from].info->outputs[edge.output];
+      if (edge.from != senders[i] || !same_type(*output.type, message_type<EngineState>())) continue;
+      auto* const reader = dynamic_cast<StepsCopy*>(&session_.nodes()[edge.to]);
+      if (reader == nullptr || std::find(senders.begin(), senders.end(), edge.to) != senders.end()) continue;
+      reader->take_copy(copy);
+      senders.push_back(edge.to);
+    }
+  }
+}
+
+/// Refuses a graph that goes on by a light copy, where the program has given none.
+void PhysicsLoop::check_copy() const {
+  if (!reads_states_ || copy_states_) return;
+  throw InputError("node " + node().name + ": the graph reads " + node().name +
+                   ".engine, the state of a light copy of the program's simulator, and the program has given none; a "
+                   "program in C++ gives it by PhysicsLoop::rollout before the first step, and one in Python takes "
+                   "another method, such as --over local");
+}
+
 std::optional<PhysicsStep> PhysicsLoop::next() {
   while (is_running()) {
     if (auto step = next_within(longest_wait)) return step;
@@ -137,6 +174,7 @@ std::optional<PhysicsStep> PhysicsLoop::next() {
 }
 
 std::optional<PhysicsStep> PhysicsLoop::next_within(Duration longest) {
+  check_copy();
   if (!session_.is_started()) session_.start();
   if (!due_) due_ = period_after(session_.now());
   while (session_.is_running()) {
@@ -251,7 +289,9 @@ Time PhysicsLoop::checked_time(Time valid) {
 void PhysicsLoop::result(const PhysicsStep& step, const PhysicsResult& result) {
   if (step.loop != this || !last_) throw ResultError("step", "expected a step of this loop, found one of another");
   const Time valid = checked_time(result.time.value_or(step.end));
-  PhysicsMessages messages = physics_messages(result, valid, handle_at(valid), moving_);
+  const DeviceState handle = handle_at(valid);
+  PhysicsMessages messages = physics_messages(result, valid, handle, moving_);
+  messages.engine = copy_state(step, result, messages, handle);
   if (reads_force_ && !messages.force) {
     throw ResultError("felt", "expected a wrench, because the graph reads " + node().name +
                                   ".force; found none. A graph that takes the force from its coupling does without it");
@@ -268,8 +308,47 @@ void PhysicsLoop::result(const PhysicsStep& step, const PhysicsResult& result) {
   }
 }
 
+/// The message of the result's state of the light copy; none where nobody reads it.
+std::optional<EngineState> PhysicsLoop::copy_state(const PhysicsStep& step, const PhysicsResult& result,
+                                                   const PhysicsMessages& messages, const DeviceState& handle) {
+  const std::span<const double> state = result.copy_state;
+  if (!copy_states_ && !state.empty()) {
+    throw ResultError("copy_state", "expected none, because the program has given no light copy (rollout), found " +
+                                        std::to_string(state.size()) + " numbers");
+  }
+  const std::size_t expected = copy_states_ ? copy_states_->capacity() : 0;
+  if (state.size() != expected && (reads_states_ || !state.empty())) {
+    throw ResultError("copy_state", "expected " + std::to_string(expected) +
+                                        " numbers, those of the light copy that the program gave, found " +
+                                        std::to_string(state.size()));
+  }
+  const auto bad = std::find_if(state.begin(), state.end(), [](double x) { return !std::isfinite(x); });
+  if (bad != state.end()) throw ResultError("copy_state", "expected finite numbers, found " + number_text(*bad));
+  if (!reads_states_) return std::nullopt;
+  const auto numbers = copy_states_->copy(state);
+  if (!numbers) {
+    ++dropped_states_;
+    return std::nullopt;
+  }
+  // A result with a state has a tool.
+  const PhysicsState& then = messages.state.value();
+  const bool turns = moving_.front() == Motion::rigid;
+  return EngineState{.identity = expected,
+                     .time = messages.valid,
+                     .device = handle,
+                     .X_WT = then.X_WT,
+                     .V_WT = then.V_WT,
+                     .p_WT_result = then.X_WT.p,
+                     .wrench_result = wrench_on_device(step.coupling, handle, then.X_WT, then.V_WT, turns),
+                     .coupling = step.coupling,
+                     .position = *numbers,
+                     .velocity = {},
+                     .activation = {},
+                     .acceleration = {}};
+}
+
 void PhysicsLoop::send(const PhysicsMessages& messages) {
-  std::array<FedValue, 4> values;
+  std::array<FedValue, 5> values;
   std::size_t count = 0;
   const auto add = [&](const char* output, const auto& message) {
     if (!message) return;
@@ -280,6 +359,7 @@ void PhysicsLoop::send(const PhysicsMessages& messages) {
   add("bodies", messages.bodies);
   add("contacts", messages.contacts);
   add("force", messages.force);
+  add("engine", messages.engine);
   // No edge from here has the policy `block`.
   static_cast<void>(session_.send(node_, messages.valid, std::span(values).first(count)));
 }

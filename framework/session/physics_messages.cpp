@@ -175,12 +175,17 @@ std::optional<BodyStates> checked_bodies(const PhysicsResult& result, std::span<
 
 PhysicsMessages physics_messages(const PhysicsResult& result, Time valid, const DeviceState& handle,
                                  std::span<const Motion> moving) {
-  PhysicsMessages messages{
-      .valid = valid, .state = {}, .bodies = checked_bodies(result, moving), .contacts = {}, .force = result.felt_D_W};
+  PhysicsMessages messages{.valid = valid,
+                           .state = {},
+                           .bodies = checked_bodies(result, moving),
+                           .contacts = {},
+                           .force = result.felt_D_W,
+                           .engine = {}};
   if (result.felt_D_W) check_finite("felt", *result.felt_D_W);
   if (result.contact_T_W) check_finite("contact", *result.contact_T_W);
   if (!messages.bodies) {
     if (result.contacts != nullptr || result.contact_T_W) refuse_field("tool", "a pose, because contacts are told");
+    if (!result.copy_state.empty()) refuse_field("tool", "a pose, because a state of the light copy is told");
     if (!result.felt_D_W) refuse_field("tool", "a pose, or a wrench as `felt`, found neither");
     return messages;
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "framework/core/check.hpp"
+#include "framework/core/engine_state.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/core/scene.hpp"
 
@@ -35,6 +36,9 @@ struct PhysicsResult {
   /// The contacts; null: none are told. Its `bodies` and `penetrating` follow from the rest of the result.
   const ContactSet* contacts = nullptr;
   const BodyStates* bodies = nullptr;  ///< all moving bodies of the scene, the tool first; null: the tool alone
+  /// The state that the program's light copy is to go on from, as many numbers as it has (PhysicsLoop::rollout). Empty:
+  /// not told. Copied before `result` returns.
+  std::span<const double> copy_state;
   /// The rotation and angular velocity of that moving body, the tool first, are not told; refused where it turns.
   std::bitset<BodyStates::capacity> without_rotation;
   /// `p_TC` of that contact is not told: it is the point at `distance` along `n_W` from `p_WC`.
@@ -48,6 +52,7 @@ struct PhysicsMessages {
   std::optional<BodyStates> bodies;
   std::optional<ContactSet> contacts;
   std::optional<Wrench> force;
+  std::optional<EngineState> engine;  ///< made by PhysicsLoop, of `copy_state`
 };
 
 /// The messages of a result that holds for `valid`, where the handle was at `handle`. `moving`: how the moving bodies

@@ -3,6 +3,7 @@
 #include "nodes/interpolation/bspline.hpp"
 #include "nodes/interpolation/catmull_rom.hpp"
 #include "nodes/interpolation/direct.hpp"
+#include "nodes/interpolation/external.hpp"
 #include "nodes/interpolation/gain.hpp"
 #include "nodes/interpolation/hermite.hpp"
 #include "nodes/interpolation/linear.hpp"
@@ -19,6 +20,7 @@ TACTOR_NODES(registry) {
   registry.add<tactor::BSpline>();
   registry.add<tactor::Rollout>();
   registry.add<tactor::MujocoRollout>();
+  registry.add<tactor::ExternalRollout>();
   registry.add<tactor::Direct>();
   registry.add<tactor::CatmullRom>();
   registry.add<tactor::HermiteCubic>();

@@ -29,6 +29,9 @@ NodeInfo ExternalPhysics::declare() {
       .output("bodies", &ExternalPhysics::bodies, "all moving bodies of the scene at that time, the tool first")
       .output("contacts", &ExternalPhysics::contacts, "the contacts that the program tells, at that time")
       .output("force", &ExternalPhysics::force, "wrench on the device about its handle, where the program says it")
+      .output("engine", &ExternalPhysics::engine,
+              "the state of the program's light copy at that time, where the program tells it (PhysicsLoop::rollout, "
+              "in C++)")
       .real("rate", &Params::rate,
             {.doc = "steps per second. Live, a program that takes longer than a period steps as often as it can",
              .unit = "Hz",

@@ -1,6 +1,7 @@
 // physics.external: where a program that has a simulator of its own puts its results into a graph.
 #pragma once
 
+#include "framework/core/engine_state.hpp"
 #include "framework/core/messages.hpp"
 #include "framework/node/declare.hpp"
 
@@ -22,6 +23,7 @@ class ExternalPhysics final : public Node {
   Output<BodyStates> bodies;
   Output<ContactSet> contacts;
   Output<Wrench> force;
+  Output<EngineState> engine;
 };
 
 }  // namespace tactor

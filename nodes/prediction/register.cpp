@@ -1,5 +1,6 @@
 #include "framework/node/register_nodes.hpp"
 #include "nodes/prediction/ar.hpp"
+#include "nodes/prediction/external.hpp"
 #include "nodes/prediction/hold.hpp"
 #include "nodes/prediction/kalman.hpp"
 #include "nodes/prediction/linear.hpp"
@@ -19,4 +20,5 @@ TACTOR_NODES(registry) {
   registry.add<tactor::Refitter>();
   registry.add<tactor::LocalPredictor>();
   registry.add<tactor::MujocoPredictor>();
+  registry.add<tactor::ExternalPredictor>();
 }

@@ -248,7 +248,7 @@ class Failures(StudyTest):
                  'found delivered.force.rms_eror_N; did you mean "delivered.force.rms_error_N"?')
         self.bad(graph + "metrics: [drops, delivered.torque.rms_error_Nm]\n", "study.yaml:4:18: ",
                  "delivered.torque.rms_error_Nm, which no run reports: the scene is translation-only")
-        self.bad(graph + "metrics: [rollout.ticks]\n", "no graph has a node of the type interpolation.mujoco or interpolation.rollout")
+        self.bad(graph + "metrics: [rollout.ticks]\n", "no graph has a node of the type interpolation.external or interpolation.mujoco or interpolation.rollout")
         self.bad(graph + "reference: none\nmetrics: [delivered.force.delay_ms]\n", "study.yaml:5:11: ", "no reference run is made")
         self.bad(graph + "report: {kind: work_precision, error: physics.force.rms_eror_N}\n", "study.yaml:4:39: report.error: ",
                  'did you mean "physics.force.rms_error_N"?')

@@ -1,13 +1,15 @@
 // Physics of a program in wall time: a slow one is late, and a replay makes its run again to the byte.
 #include <boost/test/unit_test.hpp>
 #include <chrono>
+#include <cmath>
+#include <stdexcept>
 #include <thread>
 
 #include "app/run/record.hpp"
 #include "app/run/replay.hpp"
 #include "framework/node/plugin.hpp"
 #include "framework/record/recorder.hpp"
-#include "tests/own_physics/ball.hpp"
+#include "tests/own_physics/own_copy.hpp"
 #include "tests/support/needs_live.hpp"
 
 BOOST_AUTO_TEST_SUITE(physics_live_test)
@@ -90,6 +92,33 @@ BOOST_AUTO_TEST_CASE(a_program_that_stalls_is_late_physics, *boost::unit_test::p
   BOOST_TEST(steps > 21);
   BOOST_REQUIRE(state.size() > 21U);
   for (const auto& [stamp, value] : state) BOOST_TEST((stamp.produced > stamp.valid));
+}
+
+BOOST_AUTO_TEST_CASE(a_copy_that_fails_in_the_loop_of_the_device_ends_in_zero_force,
+                     *boost::unit_test::precondition(NeedsLive{})) {
+  for (const bool throws : {true, false}) {
+    Session session(
+        planned_with_copy(graph_text("clock: real\nduration: 3 s", pressing_hand, 100, held, "device.commanded")));
+    std::vector<Stamped<Wrench>> commanded;
+    keep(session, "device.commanded", commanded);
+    PhysicsLoop loop(session);
+    loop.rollout(MassAndWall::numbers, [throws](std::span<double> state, const CopyStep& step) {
+      CopyTool tool = MassAndWall::step(state, step);
+      if (state[2] > MassAndWall::radius - 1e-3) return tool;
+      if (throws) throw std::runtime_error("too deep");
+      tool.X_WT.p.x = std::nan("");
+      return tool;
+    });
+    run_mass(loop);
+    session.finish();
+    const std::string failure = session.failure().value_or("none");
+    BOOST_TEST(failure.find("the program's light copy failed in its step from ") != std::string::npos, failure);
+    BOOST_TEST((failure.find("node rollout: ") != std::string::npos ||
+                failure.find("node resimulation: ") != std::string::npos),
+               failure);
+    BOOST_REQUIRE(!commanded.empty());
+    BOOST_TEST(norm(commanded.back().value.force) == 0.0);
+  }
 }
 
 BOOST_AUTO_TEST_SUITE_END()

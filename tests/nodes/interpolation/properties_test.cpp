@@ -146,7 +146,7 @@ BOOST_AUTO_TEST_CASE(every_interpolation_is_under_test) {
     // These have tests of their own.
     const bool takes_no_forecast = info->type == "interpolation.direct" || info->type == "interpolation.rollout" ||
                                    info->type == "interpolation.select" || info->type == "interpolation.gain" ||
-                                   info->type == "interpolation.mujoco";
+                                   info->type == "interpolation.mujoco" || info->type == "interpolation.external";
     BOOST_TEST((types.contains(info->type) || takes_no_forecast), info->type);
   }
 }

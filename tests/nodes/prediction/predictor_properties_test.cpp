@@ -256,12 +256,13 @@ BOOST_AUTO_TEST_CASE(every_method_and_predictor_is_under_test) {
   std::map<std::string, int> predictors;
   for (const Recipe& r : recipes()) ++predictors[r.predictor->type];
   BOOST_TEST(predictors.size() == 6U);
-  // A refitter makes coefficients; prediction.local and prediction.mujoco, which have tests of their own, make what a
-  // rollout goes on from.
+  // A refitter makes coefficients. The types below, which have tests of their own, make the state that a rollout
+  // continues.
   for (const NodeInfo* info : registry().types()) {
-    BOOST_TEST((predictors.contains(info->type) || info->output("coefficients") != nullptr ||
-                info->type == "prediction.local" || info->type == "prediction.mujoco"),
-               info->type);
+    BOOST_TEST(
+        (predictors.contains(info->type) || info->output("coefficients") != nullptr ||
+         info->type == "prediction.local" || info->type == "prediction.mujoco" || info->type == "prediction.external"),
+        info->type);
   }
 }
 
