@@ -48,8 +48,7 @@ class Ball:
 
 def run(method: str = "hold", rate: float = 60.0):
     """The displayed force and that of physics, each as times (s) and forces (N, rows of 3)."""
-    own = HERE / f"{method}.yaml"
-    over = [] if method == "hold" else [own if own.exists() else method]
+    over = [] if method == "hold" else [method]
     graph = tactor.load(HERE / "graph.yaml", over=over, set={"physics.rate": rate})
     ball = Ball()
     with tactor.Session(graph) as session:

@@ -125,9 +125,9 @@ class New(BuiltOn):
         self.new("study", "odd", "--graph", graph)
         self.do("tactor", "study", self.folder / "odd/odd.yaml", "--short", "--seeds", "1", "--duration", "0.2", "--judge", "whole", "--out", self.folder / "out")
 
-    def test_physics_may_not_be_called_as_one_of_its_files(self):
-        self.assertIn("two files of the project would be called local.yaml", self.new("physics", "local", code=2).stderr)
-        self.assertFalse((self.folder / "local").exists())
+    def test_a_device_may_not_be_called_as_another_file_of_its_project(self):
+        self.assertIn("two files of the project would be called machine.cpp", self.new("device", "mine.machine", code=2).stderr)
+        self.assertFalse((self.folder / "mine").exists())
 
     def test_words_of_the_example_may_be_in_a_name(self):
         self.new("node", "my.example_parabola")
@@ -203,7 +203,7 @@ class AsPrinted(BuiltOn):
     @unittest.skipUnless((BUILD / "python/tactor").is_dir(), "this build has no Python package")
     def test_physics_on_a_clone(self):
         commands = self.printed(BUILD / "bin/tactor", "physics", "mine")
-        self.assertEqual(sorted(p.name for p in (self.folder / "mine").iterdir()), ["README.md", "local.yaml", "mine.yaml", "physics.py", "study.py"])
+        self.assertEqual(sorted(p.name for p in (self.folder / "mine").iterdir()), ["README.md", "mine.yaml", "physics.py", "study.py"])
         said = [self.do("bash", "-c", command).stdout for command in commands]
         for text, method in zip(said, ("hold", "local")):
             self.assertRegex(text, rf"^{method}: 12000 forces, 0\.\d+ N on average, [0-9.]+ N at most\n$")
