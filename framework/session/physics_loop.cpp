@@ -166,6 +166,22 @@ void PhysicsLoop::check_copy() const {
                    "another method, such as --over local");
 }
 
+/// Tells which feed nobody filled, where a run has come to its end without a sample of the handle.
+void PhysicsLoop::check_hand() const {
+  const Plan& plan = session_.plan();
+  if (gate_.refusals().came() > 0 || session_.now() < Time{} + plan.graph.duration) return;
+  for (const PlannedEdge& edge : plan.edges) {
+    const NodeSpec& feed = plan.nodes[edge.from];
+    if (!feed.info->fed || !plan.nodes[edge.to].info->actuator) continue;
+    const std::string input = edge.spec.to_node + "." + edge.spec.to_port;
+    throw RunError("node " + node().name +
+                   ": the run has ended without a step, because no sample of the handle came: " + "nobody filled " +
+                   input + ", which node " + feed.name +
+                   " feeds. Send the first target before the first step, by Session::feed(\"" + input +
+                   "\").send(...), in Python session.feed(...)");
+  }
+}
+
 std::optional<PhysicsStep> PhysicsLoop::next() {
   while (is_running()) {
     if (auto step = next_within(longest_wait)) return step;
@@ -197,6 +213,7 @@ std::optional<PhysicsStep> PhysicsLoop::next_within(Duration longest) {
     due_ = begins || is_virtual_ ? period_after(session_.now()) : session_.now() + sample_wait;
     if (begins) return step;
   }
+  check_hand();
   return std::nullopt;
 }
 

@@ -67,7 +67,8 @@ class PhysicsLoop {
 
   /// The next step; starts the session if nobody has. Empty: the run has ended. Throws as Session::advance does, and
   /// RunError where 100 samples of the handle have come and none can be used, and InputError where the graph
-  /// reads states of a light copy and the program has given none.
+  /// reads states of a light copy and the program has given none. Throws RunError at the end of a run in which no
+  /// sample of the handle came, if the hand is a feed that nobody filled.
   [[nodiscard]] std::optional<PhysicsStep> next();
   /// The same, but lets at most `longest` of the run pass; empty also where no step has begun by then.
   [[nodiscard]] std::optional<PhysicsStep> next_within(Duration longest);
@@ -91,6 +92,7 @@ class PhysicsLoop {
  private:
   void read_inputs();
   void check_copy() const;
+  void check_hand() const;
   [[nodiscard]] std::optional<EngineState> copy_state(const PhysicsStep& step, const PhysicsResult& result,
                                                       const PhysicsMessages& messages, const DeviceState& handle);
   [[nodiscard]] bool begin_step(PhysicsStep& step);

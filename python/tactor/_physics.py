@@ -150,7 +150,8 @@ class PhysicsLoop:
         self.node: str = loop.node
 
     def next(self) -> Optional[PhysicsStep]:
-        """The next step; starts the session if nobody has. None once the run has ended. Raises as `Session.advance`."""
+        """The next step; starts the session if nobody has. None once the run has ended. Raises as `Session.advance`, and
+        RunError at the end of a run in which no sample of the handle came, if its hand is a feed that nobody filled."""
         step = self._loop.next()
         return None if step is None else PhysicsStep(step, self)
 

@@ -235,6 +235,18 @@ BOOST_AUTO_TEST_CASE(a_result_for_a_time_after_its_step_has_the_handle_of_that_t
   BOOST_TEST(norm(state[0].value.X_WD.p - 0.5 * (a + b)) < 1e-12);
 }
 
+BOOST_AUTO_TEST_CASE(a_hand_that_nobody_feeds_is_told_at_the_end) {
+  const std::string text =
+      replaced(graph_text("clock: virtual\nduration: 0.1 s", "\n  hand: {type: source.feed, message: Target}\n", 100,
+                          held, "device.commanded"),
+               "trajectory.target -> device.target", "hand.message -> device.target");
+  Session session(planned_text(text));
+  PhysicsLoop loop(session);
+  BOOST_CHECK_EXCEPTION(static_cast<void>(loop.next()), RunError, [](const RunError& error) {
+    return std::string(error.what()).find("nobody filled device.target, which node hand feeds") != std::string::npos;
+  });
+}
+
 BOOST_AUTO_TEST_CASE(samples_that_no_step_can_go_to_are_counted_and_end_the_run_where_all_are_so) {
   const std::string text =
       replaced(replaced(graph_text("clock: virtual\nduration: 1 s", still_hand, 100, held, "physics.state"),
