@@ -23,8 +23,8 @@ struct CopyTool {
 };
 
 /// Moves `state` on by one step and returns the tool at its end. `state`: the numbers that the program told with a
-/// result (PhysicsResult::copy_state), or what a step before made of them. They are all that one step may leave to the next:
-/// a new result puts them back, on another thread than the one of the step before.
+/// result (PhysicsResult::copy_state), or those that a step before made of them. They are all that one step may leave
+/// to the next: a new result puts them back, on another thread than the one of the step before.
 ///
 /// It returns the tool, and no force: Tactor computes the force of the coupling from it, with the limits of the device,
 /// as it does for a result. So the two cannot differ in sign, frame or damping, and the rate of the force is known too.
