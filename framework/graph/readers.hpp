@@ -34,6 +34,11 @@ void read_haptic_rate(GraphSpec& graph, const Tree& tree, Diagnostics& diagnosti
 /// or the choices here do not allow that value.
 void read_shared_parameters(GraphSpec& graph, const Tree& tree, const FileFinder& files, Diagnostics& diagnostics);
 
+/// Into the scene of a graph in which no body moves: the tool of the node that brings a scene itself
+/// (NodeInfo::own_tool), with its gravity unless the graph gives one. Throws YamlError where the node cannot tell it,
+/// and where a body of the scene has its name.
+void take_own_tool(GraphSpec& graph);
+
 /// No edge of the realtime lane may wait where the clock is real.
 void check_realtime_edges(const GraphSpec& graph, Diagnostics& diagnostics);
 

@@ -345,6 +345,7 @@ GraphSpec load_graph(const fs::path& file, Registry& registry, const Overrides& 
     diagnostics.error(tree->place, "expected the key nodes, found none");
   }
   diagnostics.throw_if_any();
+  take_own_tool(spec);
   return spec;
 }
 

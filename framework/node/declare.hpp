@@ -131,6 +131,13 @@ class Declare {
     };
     return *this;
   }
+  /// The scene that it brings itself, and the tool of that scene (see NodeInfo::own_scene, own_tool).
+  Declare& own_scene(std::function<OwnScene(const P&)> scene, std::function<OwnTool(const P&)> tool) {
+    auto params = params_;
+    info_.own_scene = [params, scene](const ParamValues& values) { return scene(assign_all(*params, values)); };
+    info_.own_tool = [params, tool](const ParamValues& values) { return tool(assign_all(*params, values)); };
+    return *this;
+  }
   /// Its messages come from outside of the run (Session::feed); it never steps.
   Declare& fed() {
     info_.fed = true;

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "framework/core/file_lookup.hpp"
+#include "framework/core/own_scene.hpp"
 #include "framework/core/scene.hpp"
 #include "framework/core/scheduling.hpp"
 #include "framework/node/node.hpp"
@@ -318,6 +319,12 @@ struct NodeInfo {
   /// The path along which a node leads the hand in a run of the context's duration; the values have passed `check`.
   /// Empty: the type leads no hand.
   std::function<HandPath(const ParamValues&, const NodeContext&)> hand_path{};
+  /// The scene that such a node brings itself, for a view or a picture; a run without one never asks. Throws
+  /// InputError. Empty: the graph's scene is all there is.
+  std::function<OwnScene(const ParamValues&)> own_scene{};
+  /// The tool of that scene. A graph asks while it is loaded, and only if no body of its scene moves. Throws
+  /// InputError. Empty: the graph's scene needs a tool.
+  std::function<OwnTool(const ParamValues&)> own_tool{};
   /// The settings that its SetRequests name by their index. A plan refuses those that cannot be made, and keeps the
   /// node even without readers. Empty: it sets nothing.
   std::function<std::vector<Setting>(const ParamValues&)> sets{};

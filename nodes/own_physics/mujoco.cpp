@@ -1,5 +1,8 @@
 #include "nodes/own_physics/mujoco.hpp"
 
+#include <algorithm>
+#include <span>
+
 #include "nodes/physics/mechanics/scene_model.hpp"
 
 namespace tactor {
@@ -10,12 +13,17 @@ NodeInfo MujocoPhysics::declare() {
           "The node loads a model of MuJoCo and moves it through every sample of the handle. It takes the place of "
           "collision and dynamics. The coupling is a part of MuJoCo's own equations: its spring and damper are rows of "
           "the constraint solver. They are solved together with the contacts, by implicit Euler, so a stiff coupling "
-          "is stable at long sub-steps.\nThe scene of the graph needs a moving body for the tool, which serves the "
-          "coupling and the metrics. It has the mass of the model's tool, and turns (`motion: rigid`) if the model's "
-          "tool has a free joint. Then its principal inertias are those of the model's tool, to 5 %. Other moving "
-          "bodies of the scene are found in the model by their names. The gravity "
-          "of "
-          "the scene is that of the model. Shapes and materials of the scene are not used.\nActuators keep the "
+          "is stable at long sub-steps.\nThe scene of the graph needs no bodies: its tool and its gravity are then "
+          "those "
+          "of the model. A scene with a moving body has a tool of its own, which serves the coupling and the metrics. "
+          "It "
+          "has the mass of the model's tool, and turns (`motion: rigid`) if the model's tool has a free joint. Then "
+          "its "
+          "principal inertias are those of the model's tool, to 5 %, and the gravity of the scene is that of the "
+          "model. "
+          "Other moving bodies of the scene are found in the model by their names; the outputs `bodies` and `contacts` "
+          "tell of these alone. Shapes and materials of the scene are not used.\nViews and pictures draw the geoms of "
+          "the model, those of the groups 0 to 2.\nActuators keep the "
           "controls of `keyframe`. The "
           "integrator RK4 of a model is replaced by Euler, as `mj_step2` does. A run ends with an error if MuJoCo "
           "warns "
@@ -33,6 +41,9 @@ NodeInfo MujocoPhysics::declare() {
               "the contacts that MuJoCo found for the last sub-step, each with MuJoCo's law at its depth. Of a "
               "pyramidal cone creep and lift are left out")
       .output("engine", &MujocoPhysics::engine, "all that MuJoCo needs to go on from that time")
+      .output("poses", &MujocoPhysics::poses, "where all moving bodies of the model are at that time, for views")
+      .own_scene([](const Params& params) { return model_scene("physics.mujoco", params); },
+                 [](const Params& params) { return model_tool("physics.mujoco", params); })
       .boolean("start_at_device", &Params::start_at_device, true,
                "start the tool at the handle's first pose, so that the spring is slack")
       .unneeded(nothing_moves)
@@ -56,7 +67,8 @@ MujocoPhysics::MujocoPhysics(const Params& params, const NodeContext& context)
       start_at_device_(params.start_at_device),
       engine_(load_engine("physics.mujoco", params, context)),
       motion_(*engine_, params.substep),
-      numbers_(engine_state_pool(*engine_, most_engine_states)) {
+      numbers_(engine_state_pool(*engine_, most_engine_states)),
+      shown_(most_engine_states, std::max<std::size_t>(engine_->shown_bodies(), 1)) {
   note_untold(params, *engine_, context);
 }
 
@@ -91,6 +103,7 @@ void MujocoPhysics::send() {
   const Time time = motion_.time();
   state.send(time, motion_.tool_and_handle());
   if (bodies.wanted()) bodies.send(time, engine_->bodies());
+  if (poses.wanted()) send_poses(time);
   if (contacts.wanted()) {
     // At the begin there has been no step yet.
     if (found_.bodies.count == 0) found_.bodies = engine_->bodies();
@@ -103,6 +116,12 @@ void MujocoPhysics::send() {
   } else {
     ++dropped_states_;
   }
+}
+
+void MujocoPhysics::send_poses(Time time) {
+  const auto sent = shown_.make(engine_->shown_bodies(), [this](std::span<ShownPose> all) { engine_->show(all); });
+  // A view does without a picture.
+  if (sent) poses.send(time, {*sent});
 }
 
 }  // namespace tactor

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "framework/core/body_poses.hpp"
 #include "framework/core/handle_gate.hpp"
 #include "framework/core/refusals.hpp"
 #include "framework/node/declare.hpp"
@@ -30,15 +31,18 @@ class MujocoPhysics final : public Node, public Refusing {
   Output<BodyStates> bodies;
   Output<ContactSet> contacts;
   Output<EngineState> engine;
+  Output<BodyPoses> poses;
 
  private:
   void send();
+  void send_poses(Time time);
 
   std::string name_;
   bool start_at_device_;
   std::unique_ptr<CoupledEngine> engine_;
   EngineMotion motion_;
   std::unique_ptr<ArrayPool<double>> numbers_;
+  ArrayPool<ShownPose> shown_;
   NewMessages<DeviceState> new_samples_;
   HandleGate gate_;
   ContactSet found_;

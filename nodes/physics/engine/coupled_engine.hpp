@@ -1,11 +1,15 @@
 // A foreign engine that moves a scene of its own, whose tool hangs on the coupling.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
+#include "framework/core/body_poses.hpp"
 #include "framework/core/messages.hpp"
+#include "framework/core/own_scene.hpp"
 #include "nodes/physics/engine/stepped_engine.hpp"
 
 namespace tactor {
@@ -16,7 +20,8 @@ struct EngineModel {
   std::string tool;                 ///< the name of its body on the coupling
   std::string keyframe;             ///< the name of the state it begins with; empty: the model's own
   std::vector<std::string> bodies;  ///< names of the other bodies that the engine tells of
-  /// Some of its trees may be let stand; such an engine tells neither of `bodies` nor of contacts.
+  /// Some of its trees may be let stand; such an engine tells neither of `bodies` nor of contacts, and
+  /// shows no scene.
   bool partial = false;
 };
 
@@ -34,6 +39,16 @@ class CoupledEngine : public SteppedEngine {
   [[nodiscard]] virtual std::vector<std::string> untold_bodies() const = 0;
   /// Why a step in which these trees move may allocate memory; empty where it does not.
   [[nodiscard]] virtual std::string allocates(Trees moving) const = 0;
+
+  /// All that can be drawn of the model, its bodies where they are. Allocates.
+  [[nodiscard]] virtual OwnScene own_scene() const = 0;
+  /// How many bodies that scene has.
+  [[nodiscard]] virtual std::size_t shown_bodies() const = 0;
+  /// Writes where they are; `poses` has room for all.
+  virtual void show(std::span<ShownPose> poses) const = 0;
+  /// Puts the tool there, and says whether a surface touches it or is in it. Not while the engine steps a scene: the
+  /// others stay where they are, and nothing is solved.
+  virtual bool touches_at(const Pose& X_WT) = 0;
 
   /// Puts the tool there, at rest; one that keeps its orientation goes to the place alone.
   virtual void place_tool(const Pose& X_WT) = 0;

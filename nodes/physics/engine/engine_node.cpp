@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
 #include "framework/core/value_error.hpp"
 #include "nodes/physics/engine/mujoco_plugin.hpp"
@@ -69,7 +70,67 @@ void compare_tools(const std::string& type, const Body& tool, const EngineParams
   if (rotates) compare_inertias(type, tool, of_model, engine);
 }
 
+/// Without bodies of a scene beside the tool.
+std::unique_ptr<CoupledEngine> engine_alone(const std::string& type, const EngineParams& params) {
+  return load_mujoco_plugin(type).engine(
+      {.file = params.model, .tool = params.tool, .keyframe = params.keyframe, .bodies = {}});
+}
+
+/// m, of a ball about the origin of the shape's body that holds the shape.
+double reach_of(const OwnShape& shape) {
+  struct Reach {
+    double operator()(const SphereShape& s) const { return s.radius; }
+    double operator()(const CapsuleShape& s) const { return s.radius + 0.5 * s.length; }
+    double operator()(const BoxShape& s) const { return 0.5 * norm(s.size); }
+    double operator()(const PlaneShape&) const { return 0; }
+    double operator()(const CylinderShape& s) const { return std::hypot(s.radius, 0.5 * s.length); }
+    double operator()(const EllipsoidShape& s) const { return std::max({s.radii.x, s.radii.y, s.radii.z}); }
+    double operator()(const TrianglesShape& s) const {
+      double most = 0;
+      for (const Vec3& vertex : s.triangles->vertices) most = std::max(most, norm(vertex));
+      return most;
+    }
+  };
+  return norm(shape.X_BS.p) + std::visit(Reach{}, shape.form);
+}
+
+/// The shape itself where a scene has such a shape, and it lies in the middle of its body.
+std::optional<Shape> scene_shape(const OwnShape& shape) {
+  constexpr double same_place = 1e-9;
+  if (norm(shape.X_BS.p) > same_place || norm(to_rotation_vector(shape.X_BS.R)) > same_place) return std::nullopt;
+  if (const auto* sphere = std::get_if<SphereShape>(&shape.form)) return *sphere;
+  if (const auto* capsule = std::get_if<CapsuleShape>(&shape.form)) return *capsule;
+  if (const auto* box = std::get_if<BoxShape>(&shape.form)) return *box;
+  return std::nullopt;
+}
+
 }  // namespace
+
+OwnScene model_scene(const std::string& type, const EngineParams& params) {
+  return engine_alone(type, params)->own_scene();
+}
+
+OwnTool model_tool(const std::string& type, const EngineParams& params) {
+  const auto engine = engine_alone(type, params);
+  Body body;
+  body.name = params.tool;
+  body.X_WB = engine->tool().X_WT;
+  body.mass = engine->tool_mass();
+  body.motion = engine->tool_rotates() ? Motion::rigid : Motion::translation;
+  if (engine->tool_rotates()) body.inertia = engine->tool_principal_inertia();
+  constexpr double least_radius = 1e-3;
+  double radius = least_radius;
+  std::optional<Shape> only;
+  int shapes = 0;
+  for (const OwnShape& shape : engine->own_scene().shapes) {
+    if (shape.body != std::size_t{0}) continue;
+    radius = std::max(radius, reach_of(shape));
+    only = scene_shape(shape);
+    ++shapes;
+  }
+  body.shape = shapes == 1 && only ? *only : SphereShape{radius};
+  return {std::move(body), engine->gravity_W()};
+}
 
 std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const EngineParams& params,
                                            const NodeContext& context, bool partial) {

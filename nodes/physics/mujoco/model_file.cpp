@@ -1,6 +1,7 @@
 #include "nodes/physics/mujoco/model_file.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <string>
@@ -62,6 +63,41 @@ std::string in_xml(const std::string& text) {
     }
   }
   return out;
+}
+
+/// The file as it is, without the coupling. Throws ValueError about `model`.
+ModelPointer plain_model(const fs::path& file) {
+  std::string why;
+  ModelPointer alone = read(file, nullptr, why);
+  if (alone == nullptr) throw ValueError("model", file.string() + ": MuJoCo cannot read it: " + why);
+  return alone;
+}
+
+/// Its absolute path. Throws ValueError about `model` where its name is not that of a model.
+fs::path model_path(const fs::path& file) {
+  fs::path path = fs::absolute(file);
+  if (path.extension() != ".xml") {
+    throw ValueError("model", path.string() + ": expected a model of MuJoCo in a file .xml");
+  }
+  return path;
+}
+
+/// The joints of a body in words, and what it hangs on if that is not the world.
+std::string joints_in_words(const mjModel& m, int body) {
+  const int count = m.body_jntnum[body];
+  if (m.body_mocapid[body] >= 0) return "no joint, moved by mocap";
+  if (count == 0) return "no joint";
+  constexpr std::array<const char*, 4> words{"free", "ball", "slide", "hinge"};
+  std::string text = count == 1 ? "" : std::to_string(count) + " ";
+  const int first = m.body_jntadr[body];
+  text += words.at(static_cast<std::size_t>(m.jnt_type[first]));
+  for (int joint = first + 1; joint < first + count; ++joint) {
+    if (m.jnt_type[joint] == m.jnt_type[joint - 1]) continue;
+    text += std::string(" and ") + words.at(static_cast<std::size_t>(m.jnt_type[joint]));
+  }
+  text += count == 1 ? " joint" : " joints";
+  const char* parent = m.body_parentid[body] == 0 ? nullptr : mj_id2name(&m, mjOBJ_BODY, m.body_parentid[body]);
+  return parent == nullptr ? text : text + " on body '" + parent + "'";
 }
 
 /// The names of the bodies that hang on the world by a joint, for messages.
@@ -128,7 +164,8 @@ void check_tool(const mjModel& m, const EngineModel& model) {
   const int tool = mj_name2id(&m, mjOBJ_BODY, model.tool.c_str());
   if (tool <= 0) refuse_tool(m, model, "is the world");
   if (m.body_parentid[tool] != 0) {
-    refuse_tool(m, model, std::string("hangs on body '") + mj_id2name(&m, mjOBJ_BODY, m.body_parentid[tool]) + "'");
+    const char* parent = mj_id2name(&m, mjOBJ_BODY, m.body_parentid[tool]);
+    refuse_tool(m, model, std::string("hangs on body '") + (parent != nullptr ? parent : "") + "'");
   }
   const bool is_free = m.body_jntnum[tool] == 1 && m.jnt_type[m.body_jntadr[tool]] == mjJNT_FREE;
   if (!is_free && !slides_everywhere(m, tool)) {
@@ -157,8 +194,7 @@ ModelPointer welded_model(const fs::path& file, const EngineModel& model) {
   ModelPointer coupled = read(file.parent_path() / name, files.get(), why);
   mj_deleteVFS(files.get());
   if (coupled == nullptr) {
-    const ModelPointer alone = read(file, nullptr, why);
-    if (alone == nullptr) throw ValueError("model", file.string() + ": MuJoCo cannot read it: " + why);
+    const ModelPointer alone = plain_model(file);
     if (mj_name2id(alone.get(), mjOBJ_BODY, model.tool.c_str()) < 0) {
       refuse_tool(*alone, model, "is not there");
     }
@@ -182,13 +218,33 @@ std::string key_of(const fs::path& file, const EngineModel& model) {
   return key;
 }
 
+/// Whether the coupling can move that body.
+bool is_usable_tool(const mjModel& m, const fs::path& file, const std::string& body) {
+  try {
+    check_tool(m, {.file = file, .tool = body, .keyframe = {}, .bodies = {}});
+    return true;
+  } catch (const ValueError& error) {
+    if (error.path() == "model") throw;
+    return false;
+  }
+}
+
 }  // namespace
 
-std::shared_ptr<const mjModel> read_coupled_model(const EngineModel& model) {
-  const fs::path file = fs::absolute(model.file);
-  if (file.extension() != ".xml") {
-    throw ValueError("model", file.string() + ": expected a model of MuJoCo in a file .xml");
+std::vector<ModelBody> model_bodies(const fs::path& file) {
+  const fs::path path = model_path(file);
+  const ModelPointer model = plain_model(path);
+  std::vector<ModelBody> bodies;
+  for (int b = 1; b < model->nbody; ++b) {
+    const char* name = mj_id2name(model.get(), mjOBJ_BODY, b);
+    if (name == nullptr || *name == '\0') continue;
+    bodies.push_back({name, joints_in_words(*model, b), is_usable_tool(*model, path, name)});
   }
+  return bodies;
+}
+
+std::shared_ptr<const mjModel> read_coupled_model(const EngineModel& model) {
+  const fs::path file = model_path(model.file);
   const std::string key = about("model", [&] { return key_of(file, model); });
   // Callers wait for each other, which MuJoCo needs: it keeps the file that it has read last.
   return std::static_pointer_cast<const mjModel>(shared_object(

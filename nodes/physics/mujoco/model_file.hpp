@@ -3,9 +3,12 @@
 
 #include <mujoco/mujoco.h>
 
+#include <filesystem>
 #include <memory>
+#include <vector>
 
 #include "nodes/physics/engine/coupled_engine.hpp"
+#include "nodes/physics/engine/mujoco_plugin.hpp"
 
 namespace tactor {
 
@@ -21,5 +24,9 @@ using DataPointer = std::unique_ptr<mjData, MujocoDeleter>;
 /// `model` or `tool` where the file is no model that MuJoCo reads, it has no such body, or the coupling cannot move
 /// that body.
 std::shared_ptr<const mjModel> read_coupled_model(const EngineModel& model);
+
+/// The bodies of a model, but for the world and those without a name. Throws ValueError about `model` where MuJoCo
+/// cannot read the file, or the coupling can move no body of it.
+std::vector<ModelBody> model_bodies(const std::filesystem::path& file);
 
 }  // namespace tactor

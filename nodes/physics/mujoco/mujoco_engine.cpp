@@ -14,6 +14,7 @@
 #include "nodes/physics/mujoco/conversions.hpp"
 #include "nodes/physics/mujoco/guarded_call.hpp"
 #include "nodes/physics/mujoco/model_file.hpp"
+#include "nodes/physics/mujoco/model_shapes.hpp"
 #include "nodes/physics/mujoco/partial_scene.hpp"
 
 namespace tactor {
@@ -56,6 +57,7 @@ class MujocoEngine final : public CoupledEngine {
         model_(mj_copyModel(nullptr, shared_.get())),
         data_(mj_makeData(model_.get())),
         listed_(body_numbers(*model_, model)),
+        shown_(moving_numbers(*model_, listed_.front())),
         identity_(derive_seed(derive_seed(hash_of_files(model.file), model.tool), model.keyframe)) {
     TACTOR_DEMAND(data_ != nullptr);
     const mjModel& m = *model_;
@@ -121,6 +123,22 @@ class MujocoEngine final : public CoupledEngine {
     return part_ != nullptr ? part_->trees().step_cost(part_->placed(), moving | 1) : 0;
   }
   void let_move(Trees moving) override { moving_ = moving | 1; }
+
+  [[nodiscard]] OwnScene own_scene() const override { return scene_of_model(*model_, *data_, shown_); }
+  [[nodiscard]] std::size_t shown_bodies() const override { return shown_.size(); }
+  void show(std::span<ShownPose> poses) const override {
+    for (std::size_t i = 0; i < shown_.size(); ++i) poses[i] = shown_pose(centre_pose(*data_, shown_[i]));
+  }
+  bool touches_at(const Pose& X_WT) override {
+    place_tool(X_WT);
+    if (!guarded(&MujocoEngine::find_contacts)) return false;
+    const auto is_tool = [this](int geom) {
+      return of_tool_[static_cast<std::size_t>(model_->geom_bodyid[geom])] != 0;
+    };
+    return std::any_of(data_->contact, data_->contact + data_->ncon, [&](const mjContact& contact) {
+      return contact.dist <= 0 && is_tool(contact.geom1) != is_tool(contact.geom2);
+    });
+  }
 
   void place_tool(const Pose& X_WT) override {
     const mjModel& m = *model_;
@@ -225,6 +243,15 @@ class MujocoEngine final : public CoupledEngine {
     return numbers;
   }
 
+  /// The bodies that move, the tool first; one that is welded to another moves with that.
+  static std::vector<int> moving_numbers(const mjModel& m, int tool) {
+    std::vector<int> numbers{tool};
+    for (int b = 1; b < m.nbody; ++b) {
+      if (m.body_weldid[b] == b && b != tool) numbers.push_back(b);
+    }
+    return numbers;
+  }
+
   /// Marks the tool and all that hangs on it.
   void mark_tool() {
     // Parents come before their children.
@@ -294,6 +321,7 @@ class MujocoEngine final : public CoupledEngine {
   }
 
   void forward() { mj_forward(model_.get(), data_.get()); }
+  void find_contacts() { mj_fwdPosition(model_.get(), data_.get()); }
 
   /// In a guarded call: no object here has a destructor.
   void make_step() {
@@ -382,6 +410,7 @@ class MujocoEngine final : public CoupledEngine {
   std::unique_ptr<PartialScene> part_;  // null: all trees move
   Trees moving_ = all_trees;            // from the next restore on
   std::vector<int> listed_;             // numbers of the bodies that it tells of, the tool first
+  std::vector<int> shown_;              // numbers of all that move, the tool first
   std::uint64_t identity_;
   std::vector<char> of_tool_;
   int tool_ = 0;
