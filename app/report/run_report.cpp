@@ -13,6 +13,7 @@
 #include "app/report/scene_picture.hpp"
 #include "app/run/headline.hpp"
 #include "app/run/summary.hpp"
+#include "framework/core/check.hpp"
 
 namespace tactor {
 
@@ -90,17 +91,25 @@ std::string first_charts(const Chart& error, const Chart& force) {
 }
 
 /// The scene at the largest force; at the begin where there was none, or where it is not known how it was then.
-std::string picture(const RunResult& run, const Scene& scene) {
-  const std::vector<std::size_t> moving = scene.moving();
-  if (!run.trace.largest || run.trace.largest->X_WB.empty()) return scene_figure(scene, "The scene as the run begins.");
+std::string picture_of(const RunResult& run, const GraphSpec& graph, DrawnScene drawn) {
+  if (!run.trace.largest || run.trace.largest->X_WB.empty()) return scene_figure(drawn, "The scene as the run begins.");
   const LargestForce& largest = *run.trace.largest;
-  Scene then = scene;
+  const std::vector<std::size_t> moving = graph.scene.moving();
   for (std::size_t i = 0; i < std::min(moving.size(), largest.X_WB.size()); ++i)
-    then.bodies[moving[i]].X_WB = largest.X_WB[i];
+    drawn.put(graph.scene.bodies[moving[i]].name, i == 0, largest.X_WB[i]);
   std::string caption = fmt::format("The scene at the largest force, {} N at {} s; the arrow is the force on the hand.",
                                     pretty(norm(largest.force_W)), pretty(largest.time_s));
-  if (!scene.deformable().empty()) caption += " Deformable bodies are drawn as the run begins.";
-  return scene_figure(then, caption, largest.force_W);
+  if (!graph.scene.deformable().empty()) caption += " Deformable bodies are drawn as the run begins.";
+  if (drawn.has_bodies_beside(graph.scene)) caption += " Bodies that are not in `scene` are drawn as the run begins.";
+  return scene_figure(drawn, caption, largest.force_W);
+}
+
+std::string picture(const RunResult& run, const GraphSpec& graph) {
+  try {
+    return picture_of(run, graph, drawn_scene(graph));
+  } catch (const InputError& error) {
+    return no_scene_figure(error);
+  }
 }
 
 std::string zoom_figure(const RunResult& run, const std::string& color) {
@@ -128,7 +137,7 @@ std::string chosen_and_left_out(const RunResult& run) {
   return "<ul>" + items + "</ul>\n";
 }
 
-std::string run_report(const RunResult& run, const Scene* scene) {
+std::string run_report(const RunResult& run, const GraphSpec* graph) {
   const std::string color = method_styles({run.graph}).front().color;
   const std::string time = run.live ? "live" : fmt::format("of virtual time in {} s", pretty(run.wall_s));
   std::string body = fmt::format("<p class=\"sub\">{}{}seed {}, {} s {}, {} MB, tactor {}</p>\n", escape(run.title),
@@ -154,7 +163,7 @@ std::string run_report(const RunResult& run, const Scene* scene) {
   const std::string rows = rows_figure(run, color);
   body += error ? first_charts(*error, *judged_force_over_time(run, color)) : why_no_error(run) + rows;
   body += "<div class=\"pair\">\n" + headline_table(run, lines) +
-          (scene == nullptr ? std::string() : picture(run, *scene)) + "</div>\n";
+          (graph == nullptr ? std::string() : picture(run, *graph)) + "</div>\n";
   body += zoom_figure(run, color);
   if (error) body += rows;
   body += folded("All metrics", metrics_table(run));

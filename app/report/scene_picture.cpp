@@ -6,15 +6,13 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <utility>
 #include <vector>
 
 #include "app/base64.hpp"
 #include "app/report/html_page.hpp"
 #include "framework/core/check.hpp"
-#include "nodes/physics/mesh/body_volume.hpp"
-#include "nodes/physics/mesh/box_mesh.hpp"
+#include "nodes/physics/mesh/turned_mesh.hpp"
 
 namespace tactor {
 
@@ -28,7 +26,6 @@ constexpr Rgb fixed_body{169, 182, 196}, moving_body{134, 168, 200}, tool_body{2
     force_arrow{106, 31, 176};
 /// Samples of a pixel, each way.
 constexpr int fineness = 2;
-constexpr int around = 64;        // parts of a circle
 constexpr double margin = 0.06;   // of the picture, on each side
 constexpr double ambient = 0.45;  // of the light
 
@@ -44,47 +41,9 @@ CameraAxes axes_of(const Camera& camera) {
   return {right, cross(toward, right), toward};
 }
 
-/// The surface that a line from one point of the z axis to another makes round that axis. `profile`: distance from the
-/// axis and height, from below to above.
-TriangleMesh turned(const std::vector<std::pair<double, double>>& profile) {
-  TriangleMesh mesh;
-  for (const auto& [distance, height] : profile) {
-    for (int k = 0; k < around; ++k) {
-      const double angle = 2 * std::numbers::pi * k / around;
-      mesh.vertices.push_back({distance * std::cos(angle), distance * std::sin(angle), height});
-    }
-  }
-  for (int ring = 0; ring + 1 < static_cast<int>(profile.size()); ++ring) {
-    for (int k = 0; k < around; ++k) {
-      const int a = ring * around + k, b = ring * around + (k + 1) % around;
-      mesh.faces.push_back({a, b, b + around});
-      mesh.faces.push_back({a, b + around, a + around});
-    }
-  }
-  return mesh;
-}
-
-/// A capsule along z; a sphere where it has no length.
-TriangleMesh capsule_mesh(double radius, double length) {
-  std::vector<std::pair<double, double>> profile;
-  for (int i = 0; i <= around / 2; ++i) {
-    const double angle = std::numbers::pi * (i / (around / 2.0) - 0.5);
-    profile.emplace_back(radius * std::cos(angle), radius * std::sin(angle) + (angle < 0 ? -0.5 : 0.5) * length);
-  }
-  return turned(profile);
-}
-
 TriangleMesh square_mesh(double side) {
   const double half = 0.5 * side;
   return {{{-half, -half, 0}, {half, -half, 0}, {half, half, 0}, {-half, half, 0}}, {{0, 1, 2}, {0, 2, 3}}};
-}
-
-TriangleMesh mesh_of(const Body& body) {
-  if (body.mesh() != nullptr || body.motion == Motion::deformable) return load_body_surface(body);
-  if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) return capsule_mesh(sphere->radius, 0);
-  if (const auto* capsule = std::get_if<CapsuleShape>(&body.shape))
-    return capsule_mesh(capsule->radius, capsule->length);
-  return box_mesh(std::get<BoxShape>(body.shape).size);
 }
 
 /// What is drawn, in W.
@@ -93,14 +52,19 @@ struct Painted {
   Rgb color;
 };
 
+bool is_plane(const DrawnScene& drawn, std::size_t body) {
+  return drawn.surfaces[body] == nullptr && std::holds_alternative<PlaneShape>(drawn.scene.bodies[body].shape);
+}
+
 /// Bodies but planes.
-std::vector<Painted> painted_bodies(const Scene& scene) {
+std::vector<Painted> painted_bodies(const DrawnScene& drawn) {
   std::vector<Painted> painted;
-  for (const Body& body : scene.bodies) {
-    if (std::holds_alternative<PlaneShape>(body.shape)) continue;
-    TriangleMesh mesh = mesh_of(body);
+  for (std::size_t i = 0; i < drawn.scene.bodies.size(); ++i) {
+    const Body& body = drawn.scene.bodies[i];
+    if (is_plane(drawn, i)) continue;
+    TriangleMesh mesh = drawn_surface(drawn, i);
     for (Vec3& vertex : mesh.vertices) vertex = transform(body.X_WB, vertex);
-    const Rgb color = body.motion == Motion::fixed ? fixed_body : &body == scene.tool() ? tool_body : moving_body;
+    const Rgb color = body.motion == Motion::fixed ? fixed_body : drawn.is_tool(i) ? tool_body : moving_body;
     painted.push_back({std::move(mesh), color});
   }
   return painted;
@@ -223,7 +187,7 @@ void paint(Canvas& canvas, const Frame& frame, const Painted& body) {
 }
 
 /// Planes, several times as large as the bodies above them: each a square below their middle.
-void add_planes(const Scene& scene, std::vector<Painted>& painted) {
+void add_planes(const DrawnScene& drawn, std::vector<Painted>& painted) {
   Vec3 low, high;
   bool first = true;
   for (const Painted& body : painted) {
@@ -234,8 +198,9 @@ void add_planes(const Scene& scene, std::vector<Painted>& painted) {
     }
   }
   const Vec3 middle = 0.5 * (low + high);
-  for (const Body& body : scene.bodies) {
-    if (!std::holds_alternative<PlaneShape>(body.shape)) continue;
+  for (std::size_t i = 0; i < drawn.scene.bodies.size(); ++i) {
+    if (!is_plane(drawn, i)) continue;
+    const Body& body = drawn.scene.bodies[i];
     Vec3 below = transform(inverse(body.X_WB), middle);
     below.z = 0;
     TriangleMesh square = square_mesh(6 * norm(high - low));
@@ -254,7 +219,7 @@ Painted arrow_of(const Vec3& p_WT, const Vec3& force_W, const std::vector<Painte
     }
   }
   const double length = 0.25 * norm(high - low);
-  TriangleMesh mesh = turned({{0, 0}, {0.025, 0}, {0.025, 0.75}, {0.07, 0.75}, {0, 1}});
+  TriangleMesh mesh = turned_mesh({{0, 0}, {0.025, 0}, {0.025, 0.75}, {0.07, 0.75}, {0, 1}});
   const Vec3 z = (1 / norm(force_W)) * force_W;
   const Vec3 other = std::abs(z.x) < 0.8 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   const Vec3 x = (1 / norm(cross(other, z))) * cross(other, z);
@@ -294,16 +259,17 @@ std::string png_of(int width, int height, const std::string& rows) {
 
 }  // namespace
 
-std::string scene_png(const Scene& scene, int width, int height, const std::optional<Vec3>& force_W) {
-  std::vector<Painted> painted = painted_bodies(scene);
+std::string scene_png(const DrawnScene& drawn, int width, int height, const std::optional<Vec3>& force_W) {
+  std::vector<Painted> painted = painted_bodies(drawn);
   if (painted.empty()) return {};
   std::optional<Painted> arrow;
-  if (force_W && scene.tool() != nullptr && norm(*force_W) > 0) {
-    arrow = arrow_of(scene.tool()->X_WB.p, *force_W, painted);
+  const std::optional<Pose> tool = drawn.tool_pose();
+  if (force_W && tool && norm(*force_W) > 0) {
+    arrow = arrow_of(tool->p, *force_W, painted);
     painted.push_back(*arrow);  // inside of the frame
   }
-  const Frame frame = frame_of(painted, scene.camera, width, height);
-  add_planes(scene, painted);
+  const Frame frame = frame_of(painted, drawn.scene.camera, width, height);
+  add_planes(drawn, painted);
   Canvas canvas(width, height);
   for (const Painted& body : painted) paint(canvas, frame, body);
   if (arrow) {
@@ -313,16 +279,20 @@ std::string scene_png(const Scene& scene, int width, int height, const std::opti
   return png_of(width, height, canvas.rows());
 }
 
-std::string scene_figure(const Scene& scene, const std::string& caption, const std::optional<Vec3>& force_W) {
+std::string scene_figure(const DrawnScene& drawn, const std::string& caption, const std::optional<Vec3>& force_W) {
   constexpr int width = 480, height = 300;
   try {
-    const std::string png = scene_png(scene, width, height, force_W);
+    const std::string png = scene_png(drawn, width, height, force_W);
     if (png.empty()) return {};
     return "<figure class=\"scene\"><img alt=\"The bodies of the scene\" src=\"data:image/png;base64," + base64(png) +
            "\"><figcaption>" + caption + "</figcaption></figure>\n";
   } catch (const InputError& error) {
-    return "<p class=\"sub\">No picture of the scene: " + escape(error.what()) + "</p>\n";
+    return no_scene_figure(error);
   }
+}
+
+std::string no_scene_figure(const InputError& why) {
+  return "<p class=\"sub\">No picture of the scene: " + escape(why.what()) + "</p>\n";
 }
 
 }  // namespace tactor

@@ -50,7 +50,12 @@ CasesOutcome run_watched(const std::vector<RunCase>& cases, Registry& registry, 
 std::string tell_scenes_apart(std::vector<RunCase>& cases, Registry& registry) {
   const auto graph_of = [&](const RunCase& c) { return load_graph(c.graph, registry, c.overrides); };
   const auto figure_of = [&](const GraphSpec& graph) {
-    return scene_figure(graph.scene, "The scene of " + breakable(graph_name(graph.file)) + " as the run begins.");
+    try {
+      return scene_figure(drawn_scene(graph),
+                          "The scene of " + breakable(graph_name(graph.file)) + " as the run begins.");
+    } catch (const InputError& error) {
+      return no_scene_figure(error);
+    }
   };
   const GraphSpec first = graph_of(cases.front());
   std::string figures = figure_of(first);

@@ -31,7 +31,7 @@ void write_results(const fs::path& folder, const Plan& plan, const RunResult& re
   write_file(folder / "summary.json", to_json(result).dump(2) + "\n");
   write_file(folder / "graph.yaml", result.graph_yaml);
   if (result.live) write_file(folder / "latencies.csv", latencies_csv(plan, *result.live));
-  write_file(folder / "report.html", run_report(result, &plan.graph.scene));
+  write_file(folder / "report.html", run_report(result, &plan.graph));
   // Last, because the terminal may have been closed.
   const bool all = telling.all;
   const std::size_t columns = terminal_columns();

@@ -11,7 +11,6 @@
 #include "framework/graph/scheduling_words.hpp"
 #include "framework/graph/texts.hpp"
 #include "framework/realtime/safety_gate.hpp"
-#include "nodes/physics/mesh/body_volume.hpp"
 
 namespace tactor {
 
@@ -28,33 +27,37 @@ json array_of(const Pose& X) {
 }
 
 /// Two bodies show one mesh where file, scale and frame are the same: that of a moving body lies at its centre of mass.
-/// A deformable body has a mesh of its own, the boundary of its tetrahedra.
-bool same_mesh(const Body& a, const Body& b) {
-  if (a.motion == Motion::deformable || b.motion == Motion::deformable) return &a == &b;
+/// A deformable body has a mesh of its own, the boundary of its tetrahedra. Shapes of nodes share their triangles.
+bool same_mesh(const DrawnScene& drawn, std::size_t i, std::size_t j) {
+  if (i == j || drawn.surfaces[i] != nullptr || drawn.surfaces[j] != nullptr) {
+    return i == j || drawn.surfaces[i] == drawn.surfaces[j];
+  }
+  const Body &a = drawn.scene.bodies[i], &b = drawn.scene.bodies[j];
+  if (a.motion == Motion::deformable || b.motion == Motion::deformable) return false;
   return a.mesh() != nullptr && b.mesh() != nullptr && *a.mesh() == *b.mesh() && a.moves() == b.moves();
 }
 
-bool is_shown_as_mesh(const Body& body) {
-  return body.mesh() != nullptr || body.motion == Motion::deformable;
+bool is_shown_as_mesh(const DrawnScene& drawn, std::size_t i) {
+  const Body& body = drawn.scene.bodies[i];
+  return drawn.surfaces[i] != nullptr || body.mesh() != nullptr || body.motion == Motion::deformable;
 }
 
 /// The bodies whose meshes are sent, in this order.
-std::vector<std::size_t> mesh_bodies(const Scene& scene) {
+std::vector<std::size_t> mesh_bodies(const DrawnScene& drawn) {
   std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    if (!is_shown_as_mesh(scene.bodies[i])) continue;
-    const bool known = std::any_of(found.begin(), found.end(),
-                                   [&](std::size_t j) { return same_mesh(scene.bodies[i], scene.bodies[j]); });
+  for (std::size_t i = 0; i < drawn.scene.bodies.size(); ++i) {
+    if (!is_shown_as_mesh(drawn, i)) continue;
+    const bool known = std::any_of(found.begin(), found.end(), [&](std::size_t j) { return same_mesh(drawn, i, j); });
     if (!known) found.push_back(i);
   }
   return found;
 }
 
-void add_shape(json& object, const Scene& scene, const Body& body) {
-  if (is_shown_as_mesh(body)) {
-    const std::vector<std::size_t> meshes = mesh_bodies(scene);
-    const auto at =
-        std::find_if(meshes.begin(), meshes.end(), [&](std::size_t i) { return same_mesh(scene.bodies[i], body); });
+/// `meshes`: those of mesh_bodies.
+void add_shape(json& object, const DrawnScene& drawn, std::size_t i, const std::vector<std::size_t>& meshes) {
+  const Body& body = drawn.scene.bodies[i];
+  if (is_shown_as_mesh(drawn, i)) {
+    const auto at = std::find_if(meshes.begin(), meshes.end(), [&](std::size_t j) { return same_mesh(drawn, i, j); });
     object["mesh"] = at - meshes.begin();
   } else if (const auto* sphere = std::get_if<SphereShape>(&body.shape)) {
     object["sphere"] = {{"radius", sphere->radius}};
@@ -68,19 +71,22 @@ void add_shape(json& object, const Scene& scene, const Body& body) {
 }
 
 /// The tool begins at the handle.
-json scene_object(const Scene& scene, const Pose& start) {
+json scene_object(const DrawnScene& drawn, const Pose& start) {
+  const std::vector<std::size_t> meshes = mesh_bodies(drawn);
   json bodies = json::array();
-  for (const Body& body : scene.bodies) {
-    json object = {{"name", body.name},
-                   {"moves", body.moves()},
-                   {"tool", &body == scene.tool()},
-                   {"pose", array_of(&body == scene.tool() ? start : body.X_WB)}};
+  for (std::size_t i = 0; i < drawn.scene.bodies.size(); ++i) {
+    const Body& body = drawn.scene.bodies[i];
+    const bool is_tool = drawn.is_tool(i);
+    const auto& moved = drawn.moved[i];
+    const Pose X_WB = !is_tool ? body.X_WB : moved ? start * moved->X_BS : start;
+    json object = {{"name", body.name}, {"moves", body.moves()}, {"tool", is_tool}, {"pose", array_of(X_WB)}};
     if (body.motion == Motion::deformable) object["deforms"] = true;
-    add_shape(object, scene, body);
+    add_shape(object, drawn, i, meshes);
     bodies.push_back(std::move(object));
   }
+  const Camera& camera = drawn.scene.camera;
   return {{"bodies", std::move(bodies)},
-          {"camera", {{"from", array_of(scene.camera.from_W)}, {"up", array_of(scene.camera.up_W)}}}};
+          {"camera", {{"from", array_of(camera.from_W)}, {"up", array_of(camera.up_W)}}}};
 }
 
 json streams_array(const std::vector<ShownStream>& streams) {
@@ -196,14 +202,15 @@ json names_of(int count) {
 std::string hello_text(const Plan& plan, const std::vector<ShownStream>& streams, const HelloExtras& extras) {
   std::optional<std::string> answer = extras.replay ? std::nullopt : experiment_of(plan);
   if (answer) *answer += ".answer";
+  const auto drawn = extras.drawn ? extras.drawn : std::make_shared<const DrawnScene>(drawn_scene(plan.graph));
   json hello = {{"type", "hello"},
                 {"mode", extras.replay ? "replay" : "live"},
                 {"graph", plan.graph.name},
                 {"title", plan.graph.title},
                 {"version", TACTOR_VERSION},
                 {"duration", extras.duration},
-                {"scene", scene_object(plan.graph.scene, extras.start)},
-                {"meshes", mesh_bodies(plan.graph.scene).size()},
+                {"scene", scene_object(*drawn, extras.start)},
+                {"meshes", mesh_bodies(*drawn).size()},
                 {"rotates", plan.torque},
                 {"device", device_object(plan, extras)},
                 {"streams", streams_array(streams)},
@@ -235,11 +242,11 @@ std::string parameter_value_text(const Plan& plan, const std::string& parameter,
   return "null";
 }
 
-std::vector<std::string> mesh_messages(const Scene& scene, const std::function<void(const std::string&)>& note) {
+std::vector<std::string> mesh_messages(const DrawnScene& drawn, const std::function<void(const std::string&)>& note) {
   std::vector<std::string> messages;
-  for (const std::size_t body : mesh_bodies(scene)) {
-    Notes notes;
-    const TriangleMesh mesh = load_body_surface(scene.bodies[body], &notes);
+  for (const std::size_t body : mesh_bodies(drawn)) {
+    std::vector<std::string> notes;
+    const TriangleMesh mesh = drawn_surface(drawn, body, &notes);
     for (const std::string& text : notes) note(text);
     std::vector<float> positions;
     positions.reserve(3 * mesh.vertices.size());

@@ -10,7 +10,8 @@ RunView::RunView(const Plan& plan, const ViewPorts& ports, Opened opened, std::f
     : opened_(std::move(opened)), interrupted_(std::move(interrupted)) {
   options_.ports = ports;
   // What is to be known of the meshes the run's own nodes say.
-  options_.meshes = mesh_messages(plan.graph.scene, [](const std::string&) {});
+  options_.drawn = std::make_shared<const DrawnScene>(drawn_scene(plan.graph));
+  options_.meshes = mesh_messages(*options_.drawn, [](const std::string&) {});
   if (const Body* tool = plan.graph.scene.tool(); tool != nullptr) options_.start = tool->X_WB;
 }
 

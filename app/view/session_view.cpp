@@ -46,12 +46,13 @@ SessionView::SessionView(Session& session, Follower* follower, Options options)
       follower_(follower),
       options_(std::move(options)),
       experiment_(experiment_of(session.plan())),
-      taps_(session, follower, experiment_.has_value()),
+      taps_(session, follower, *options_.drawn, experiment_.has_value()),
       status_text_(session, follower, taps_, experiment_.has_value()) {
   const Plan& plan = session.plan();
   if (plan.graph.duration != until_stopped) extras_.duration = plan.graph.duration.seconds();
   extras_.mouse = node_index(plan, options_.mouse);
   extras_.start = options_.start;
+  extras_.drawn = options_.drawn;
   if (const auto methods = method_switch(plan)) method_parameter_ = methods->parameter;
   if (extras_.mouse) mouse_.emplace(session, plan.nodes[*extras_.mouse], options_.start);
   server_ = load_view_library().serve(*this, options_.ports);

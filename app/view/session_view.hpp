@@ -26,9 +26,10 @@ class SessionView final : private ViewSource {
  public:
   struct Options {
     ViewPorts ports;
-    std::vector<std::string> meshes;   ///< see mesh_messages
-    std::optional<std::string> mouse;  ///< the node device.mouse that the page leads
-    Pose start;                        ///< of the handle
+    std::shared_ptr<const DrawnScene> drawn;  ///< of the session's graph; never null
+    std::vector<std::string> meshes;          ///< see mesh_messages
+    std::optional<std::string> mouse;         ///< the node device.mouse that the page leads
+    Pose start;                               ///< of the handle
   };
   /// Before the session starts; it and the follower outlive the view. `follower`: null where nothing follows; not
   /// started yet. Throws InputError where a port is taken or the build has no view.

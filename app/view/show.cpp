@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstring>
+#include <memory>
 #include <optional>
+#include <utility>
 
 #include "app/view/hello.hpp"
 #include "app/view/samples.hpp"
@@ -44,8 +46,10 @@ class FrameMaker {
 };
 
 /// `start`: of the handle; none where it was not shown.
-HelloExtras extras_of(const Plan& plan, double duration, const std::optional<Pose>& start) {
+HelloExtras extras_of(const Plan& plan, double duration, const std::optional<Pose>& start,
+                      std::shared_ptr<const DrawnScene> drawn) {
   HelloExtras extras;
+  extras.drawn = std::move(drawn);
   extras.replay = true;
   extras.duration = duration;
   if (const Body* tool = plan.graph.scene.tool(); tool != nullptr) extras.start = tool->X_WB;
@@ -104,8 +108,9 @@ void add_recorded(RecordingReader& reader, const ShownStream& stream, std::size_
 Show show_of(Session& session, Follower* follower, const ShowOptions& options) {
   Show show;
   const Plan& plan = session.plan();
-  show.meshes = mesh_messages(plan.graph.scene, options.note);
-  StreamTaps taps(session, follower);
+  const auto drawn = std::make_shared<const DrawnScene>(drawn_scene(plan.graph));
+  show.meshes = mesh_messages(*drawn, options.note);
+  StreamTaps taps(session, follower, *drawn);
   FrameMaker maker(show.frames);
   std::optional<Pose> start;
   if (const auto handle = handle_of(taps.streams())) {
@@ -123,16 +128,17 @@ Show show_of(Session& session, Follower* follower, const ShowOptions& options) {
   if (follower != nullptr) follower->follow();
   maker.add(taps.collect());
   maker.finish();
-  show.hello = hello_text(plan, taps.streams(), extras_of(plan, end, start));
+  show.hello = hello_text(plan, taps.streams(), extras_of(plan, end, start, drawn));
   return show;
 }
 
 Show show_of(RecordingReader& reader, const Plan& plan, const ShowOptions& options) {
   Show show;
-  show.meshes = mesh_messages(plan.graph.scene, options.note);
+  const auto drawn = std::make_shared<const DrawnScene>(drawn_scene(plan.graph));
+  show.meshes = mesh_messages(*drawn, options.note);
   std::vector<ShownStream> streams;
   std::vector<std::size_t> recorded;
-  for (ShownStream& stream : shown_streams(plan)) {
+  for (ShownStream& stream : shown_streams(plan, *drawn)) {
     for (std::size_t r = 0; r < reader.streams().size(); ++r) {
       const RecordedStream& there = reader.streams()[r];
       if (there.name != stream.output || there.count == 0) continue;
@@ -154,7 +160,7 @@ Show show_of(RecordingReader& reader, const Plan& plan, const ShowOptions& optio
     reader.read(recorded[*handle], 0, 1, first);
     start = pose_in(first.value(0));
   }
-  show.hello = hello_text(plan, streams, extras_of(plan, end, start));
+  show.hello = hello_text(plan, streams, extras_of(plan, end, start, drawn));
   return show;
 }
 

@@ -7,6 +7,7 @@
 #include <new>
 #include <set>
 
+#include "framework/core/body_poses.hpp"
 #include "framework/core/messages.hpp"
 #include "nodes/physics/contact/local_contacts.hpp"
 #include "nodes/physics/mesh/deformed_surfaces.hpp"
@@ -112,6 +113,23 @@ ShownStream body_stream(std::string output, std::size_t moving, std::size_t body
           .add = [moving](const Stamp& stamp, const void* value, ShownRows& rows) {
             const auto bodies = as<BodyStates>(value);
             if (moving < static_cast<std::size_t>(bodies.count)) put_pose(rows, stamp.produced, bodies.X_WB[moving]);
+          }};
+}
+
+/// A shape that a node brings.
+ShownStream shape_stream(std::string output, const DrawnScene::Moved& moved, std::size_t body) {
+  return {.role = "body",
+          .output = std::move(output),
+          .columns = pose_columns,
+          .shares_arrays = true,
+          .body = body,
+          .least_gap = pose_gap,
+          .add = [pose = moved.pose, X_BS = moved.X_BS](const Stamp& stamp, const void* value, ShownRows& rows) {
+            // The bytes of the message, which is not ours to copy or to end.
+            alignas(BodyPoses) std::array<std::byte, sizeof(BodyPoses)> bytes{};
+            std::memcpy(bytes.data(), value, sizeof bytes);
+            const auto& told = *std::launder(reinterpret_cast<const BodyPoses*>(bytes.data()));
+            if (pose < told.poses.size()) put_pose(rows, stamp.produced, pose_of(told.poses[pose]) * X_BS);
           }};
 }
 
@@ -261,9 +279,28 @@ std::string method_label(const Plan& plan, const std::vector<std::size_t>& nodes
   return plan.nodes[nodes.front()].name;
 }
 
-void add_streams_of(const Plan& plan, std::size_t n, bool has_bodies, std::vector<ShownStream>& streams) {
+/// The bodies of the plan's scene that move, as they are drawn; none where a node draws them.
+std::vector<std::optional<std::size_t>> drawn_bodies(const Plan& plan, const DrawnScene& drawn) {
+  std::vector<std::optional<std::size_t>> found;
+  for (const std::size_t i : plan.graph.scene.moving()) {
+    const std::optional<std::size_t> at = drawn.index_of(plan.graph.scene.bodies[i].name);
+    found.push_back(at && !drawn.moved[*at] ? at : std::nullopt);
+  }
+  return found;
+}
+
+void add_shapes_of(const std::string& node, const std::string& output, const DrawnScene& drawn,
+                   std::vector<ShownStream>& streams) {
+  for (std::size_t i = 0; i < drawn.moved.size(); ++i) {
+    const auto& moved = drawn.moved[i];
+    if (moved && moved->node == node) streams.push_back(shape_stream(output, *moved, i));
+  }
+}
+
+void add_streams_of(const Plan& plan, const DrawnScene& drawn, std::size_t n, bool has_bodies,
+                    std::vector<ShownStream>& streams) {
   const NodeSpec& node = plan.nodes[n];
-  const std::vector<std::size_t> moving = plan.graph.scene.moving();
+  const std::vector<std::optional<std::size_t>> moving = drawn_bodies(plan, drawn);
   for (const OutputInfo& output : node.info->outputs) {
     const std::string name = node.name + "." + output.name;
     if (is(output, message_type<Wrench>())) {
@@ -283,10 +320,14 @@ void add_streams_of(const Plan& plan, std::size_t n, bool has_bodies, std::vecto
     } else if (is(output, message_type<SafetyState>())) {
       streams.push_back(safety_stream(name));
     } else if (is(output, message_type<BodyStates>()) && output.name == "bodies") {
-      for (std::size_t i = 0; i < moving.size(); ++i) streams.push_back(body_stream(name, i, moving[i]));
+      for (std::size_t i = 0; i < moving.size(); ++i) {
+        if (moving[i]) streams.push_back(body_stream(name, i, *moving[i]));
+      }
+    } else if (is(output, message_type<BodyPoses>())) {
+      add_shapes_of(node.name, name, drawn, streams);
     } else if (is(output, message_type<PhysicsState>())) {
       streams.push_back(contact_count_stream(name));
-      if (!has_bodies && !moving.empty()) streams.push_back(tool_stream(name, moving.front()));
+      if (!has_bodies && !moving.empty() && moving.front()) streams.push_back(tool_stream(name, *moving.front()));
     } else if (is(output, message_type<ContactSet>())) {
       streams.push_back(contacts_stream(name));
     } else if (is(output, message_type<DeformedSurfaces>())) {
@@ -300,6 +341,10 @@ void add_streams_of(const Plan& plan, std::size_t n, bool has_bodies, std::vecto
 }  // namespace
 
 std::vector<ShownStream> shown_streams(const Plan& plan) {
+  return shown_streams(plan, drawn_scene(plan.graph));
+}
+
+std::vector<ShownStream> shown_streams(const Plan& plan, const DrawnScene& drawn) {
   bool has_bodies = false;
   for (const NodeSpec& node : plan.nodes) {
     for (const OutputInfo& output : node.info->outputs) {
@@ -310,7 +355,7 @@ std::vector<ShownStream> shown_streams(const Plan& plan) {
   std::vector<ShownStream> streams;
   for (std::size_t n = 0; n < plan.nodes.size(); ++n) {
     const std::size_t before = streams.size();
-    add_streams_of(plan, n, has_bodies, streams);
+    add_streams_of(plan, drawn, n, has_bodies, streams);
     if (!methods) continue;
     for (const MethodSwitch::Choice& choice : methods->choices) {
       if (std::find(choice.nodes.begin(), choice.nodes.end(), n) == choice.nodes.end()) continue;
@@ -320,10 +365,10 @@ std::vector<ShownStream> shown_streams(const Plan& plan) {
   return streams;
 }
 
-std::vector<ShownStream> blind_streams(const Plan& plan) {
+std::vector<ShownStream> blind_streams(const Plan& plan, const DrawnScene& drawn) {
   const bool mouse = std::any_of(plan.nodes.begin(), plan.nodes.end(),
                                  [](const NodeSpec& node) { return node.info->type == "device.mouse"; });
-  std::vector<ShownStream> streams = shown_streams(plan);
+  std::vector<ShownStream> streams = shown_streams(plan, drawn);
   std::erase_if(streams, [mouse](const ShownStream& stream) {
     const std::string& role = stream.role;
     return role != "body" && role != "surface" && role != "handle" && role != "safety" && role != "experiment" &&

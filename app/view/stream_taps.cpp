@@ -10,18 +10,21 @@ namespace {
 constexpr Queue row_queue{QueuePolicy::drop_oldest, 2048};
 constexpr Queue pose_queue{QueuePolicy::drop_oldest, 256};
 constexpr Queue set_queue{QueuePolicy::drop_oldest, 2};
+/// The same messages wait for all shapes of a node, and a pool has arrays for so many.
+constexpr Queue shared_queue{QueuePolicy::drop_oldest, 4};
 /// The reference may come in bursts; of what nobody collects this much waits.
 constexpr std::size_t most_reference = 65536;
 
 const Queue& queue_of(const ShownStream& stream) {
   if (stream.is_set) return set_queue;
+  if (stream.shares_arrays) return shared_queue;
   return stream.least_gap.ns > 0 ? pose_queue : row_queue;
 }
 
 }  // namespace
 
-StreamTaps::StreamTaps(Session& session, Follower* follower, bool blind)
-    : streams_(blind ? blind_streams(session.plan()) : shown_streams(session.plan())) {
+StreamTaps::StreamTaps(Session& session, Follower* follower, const DrawnScene& drawn, bool blind)
+    : streams_(blind ? blind_streams(session.plan(), drawn) : shown_streams(session.plan(), drawn)) {
   for (const ShownStream& stream : streams_) sources_.push_back({session.tap(stream.output, queue_of(stream)), 0});
   if (follower == nullptr || blind) return;
   streams_.push_back(reference_stream("reference", session.plan().torque));
@@ -75,8 +78,9 @@ std::string StreamTaps::collect() {
 std::uint64_t StreamTaps::dropped() const {
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i < sources_.size(); ++i) {
-    // Of a set the newest is enough.
-    if (sources_[i].tap != nullptr && !streams_[i].is_set) sum += sources_[i].tap->dropped();
+    // Of a set, and of shapes, the newest is enough.
+    if (sources_[i].tap != nullptr && !streams_[i].is_set && !streams_[i].shares_arrays)
+      sum += sources_[i].tap->dropped();
   }
   return sum;
 }

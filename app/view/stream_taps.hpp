@@ -16,8 +16,9 @@ namespace tactor {
 /// Made and ended on the session's thread; `collect` may be called on another one.
 class StreamTaps {
  public:
-  /// Both outlive it. `follower`: null, or what gives the reference; not started yet.
-  StreamTaps(Session& session, Follower* follower, bool blind = false);
+  /// Session and follower outlive it. `follower`: null, or what gives the reference; not started yet. `drawn`: of the
+  /// session's graph.
+  StreamTaps(Session& session, Follower* follower, const DrawnScene& drawn, bool blind = false);
   /// In the order of `hello`.
   [[nodiscard]] const std::vector<ShownStream>& streams() const { return streams_; }
   /// What has come since the last call as a chunk; empty where nothing has.

@@ -32,7 +32,8 @@ std::optional<std::string> view_graph(GraphSpec graph, Registry& registry, const
   const auto note_once = once(options.note);
   SessionView::Options shown;
   shown.ports = options.ports;
-  shown.meshes = mesh_messages(graph.scene, note_once);
+  shown.drawn = std::make_shared<const DrawnScene>(drawn_scene(graph));
+  shown.meshes = mesh_messages(*shown.drawn, note_once);
   if (!options.own_device) {
     shown.start = first_handle_pose(graph);
     shown.mouse = lead_by_mouse(graph, shown.start, registry);

@@ -153,15 +153,15 @@ BOOST_AUTO_TEST_CASE(the_picture_of_a_run_tells_of_which_moment_it_is) {
   tool.name = "tool";
   tool.motion = Motion::translation;
   tool.shape = SphereShape{0.01};
-  Scene scene;
-  scene.bodies = {tool};
+  GraphSpec graph;
+  graph.scene.bodies = {tool};
   RunResult run = judged_run();
-  says(run_report(run, &scene), "The scene as the run begins.");
+  says(run_report(run, &graph), "The scene as the run begins.");
   run.trace.largest.emplace(LargestForce{0.75, {0, 3, 4}, {Pose{{0, 0, 0.1}, {}}}});
-  says(run_report(run, &scene), "The scene at the largest force, 5 N at 0.750 s; the arrow is the force on the hand.");
+  says(run_report(run, &graph), "The scene at the largest force, 5 N at 0.750 s; the arrow is the force on the hand.");
   // Where it is not known how the scene was then.
   run.trace.largest->X_WB.clear();
-  says(run_report(run, &scene), "The scene as the run begins.");
+  says(run_report(run, &graph), "The scene as the run begins.");
 }
 
 BOOST_AUTO_TEST_SUITE_END()

@@ -53,7 +53,7 @@ BOOST_AUTO_TEST_CASE(every_graph_runs) {
     BOOST_TEST(std::isfinite(result.metric("delivered.force.rms_error_N")));
     BOOST_TEST(result.metric("drops") == 0);
     check_metrics(result, graph);
-    check_told(result, plan.graph.scene);
+    check_told(result, plan.graph);
   });
 }
 

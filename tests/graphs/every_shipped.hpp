@@ -74,9 +74,9 @@ inline RunResult run_for_page(const Plan& plan) {
 }
 
 /// What `tactor run` writes and prints of a judged run.
-inline void check_told(const RunResult& result, const Scene& scene) {
+inline void check_told(const RunResult& result, const GraphSpec& graph) {
   const std::string error = "delivered.force.rms_error_N";
-  BOOST_TEST((run_report(result, &scene).find("<svg") != std::string::npos));
+  BOOST_TEST((run_report(result, &graph).find("<svg") != std::string::npos));
   const nlohmann::json summary = nlohmann::json::parse(to_json(result).dump());
   BOOST_TEST(summary.at("delivered").at("force").at("rms_error_N").get<double>() == result.metric(error));
   says(headline_text(result, "report.html", false, 1000), " N RMS, ");

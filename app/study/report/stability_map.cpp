@@ -363,7 +363,7 @@ std::string record_cell(const StabilityCell& cell, const Study& study, const Run
   }
   write_file(out / "summary.json", to_json(result).dump(2) + "\n");
   write_file(out / "graph.yaml", result.graph_yaml);
-  write_file(out / "report.html", run_report(result, &plan.graph.scene));
+  write_file(out / "report.html", run_report(result, &plan.graph));
   return "worst/" + name;
 }
 
