@@ -43,6 +43,8 @@ Example example_of(ProjectKind kind) {
       return {"study", "", ""};
     case ProjectKind::physics:
       return {"physics", "", ""};
+    case ProjectKind::mujoco:
+      return {"mujoco", "", ""};
   }
   TACTOR_DEMAND(false);
 }
@@ -132,7 +134,7 @@ std::vector<fs::path> new_project(ProjectKind kind, const std::string& name, con
                     example.node.empty() ? "" : " or mylab." + example.usual_node, name));
   }
   const std::string library = parts[1];
-  const bool is_library = kind != ProjectKind::study && kind != ProjectKind::physics;
+  const bool is_library = kind == ProjectKind::node || kind == ProjectKind::device || kind == ProjectKind::message;
   if (is_library) refuse_name_of_ours(library);
   Words words;
   if (!example.node.empty()) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/new/new_graph.hpp"
+#include "app/new/new_mujoco.hpp"
 #include "app/new/new_project.hpp"
 #include "app/verbs/option_values.hpp"
 #include "app/verbs/value_types.hpp"
@@ -91,18 +92,46 @@ std::string where_python_looks() {
   return {};
 }
 
+void make_physics(const NewArguments& arguments) {
+  const std::vector<fs::path> files = new_project(ProjectKind::physics, arguments.name, arguments.folder);
+  const fs::path folder = files.front().parent_path().lexically_normal();
+  const std::string python = where_python_looks() + "/usr/bin/python3 ";
+  tell_project(files,
+               fmt::format("  {0}{1}\n  {0}{1} local\n  {0}{2}\n", python, as_typed((folder / "physics.py").string()),
+                           as_typed((folder / "study.py").string())));
+}
+
+void make_mujoco(const NewMujocoRequest& request) {
+  const std::vector<fs::path> files = new_mujoco(request);
+  const fs::path folder = files.front().parent_path().lexically_normal();
+  tell_project(files, fmt::format("  tactor run {0}\n  tactor run {0} --over own_physics/rollout\n"
+                                  "  tactor study {1} --short\n",
+                                  as_typed((folder / (request.name + ".yaml")).string()),
+                                  as_typed((folder / "methods.yaml").string())));
+}
+
 void add_new_physics(CLI::App& verb) {
   const auto arguments = std::make_shared<NewArguments>();
-  CLI::App* sub =
-      add_kind(verb, "physics", "Physics of your own: a simulation in Python, its graph and a study of methods",
-               "The project's name", arguments);
-  sub->callback([arguments] {
-    const std::vector<fs::path> files = new_project(ProjectKind::physics, arguments->name, arguments->folder);
-    const fs::path folder = files.front().parent_path().lexically_normal();
-    const std::string python = where_python_looks() + "/usr/bin/python3 ";
-    tell_project(files,
-                 fmt::format("  {0}{1}\n  {0}{1} local\n  {0}{2}\n", python, as_typed((folder / "physics.py").string()),
-                             as_typed((folder / "study.py").string())));
+  const auto request = std::make_shared<NewMujocoRequest>();
+  CLI::App* sub = add_kind(verb, "physics",
+                           "Physics of your own: a simulation in Python or a model of MuJoCo, its graph and a study of "
+                           "methods",
+                           "The project's name", arguments);
+  CLI::Option* model =
+      sub->add_option("--mujoco", request->model,
+                      "A model of MuJoCo (MJCF, .xml), which the project reads where it lies; its physics is then "
+                      "MuJoCo's, and no Python")
+          ->type_name(value_type::file);
+  sub->add_option("--tool", request->tool,
+                  "The body of the model that the hand moves: a child of the world with a free joint, or with three "
+                  "slide joints (default: one called tool, ee, end_effector or gripper, else the only such body)")
+      ->type_name(value_type::name)
+      ->needs(model);
+  sub->callback([arguments, request, model] {
+    if (model->count() == 0) return make_physics(*arguments);
+    request->name = arguments->name;
+    request->folder = arguments->folder;
+    make_mujoco(*request);
   });
 }
 

@@ -192,9 +192,10 @@ class Includes(unittest.TestCase):
             "devices": ("framework/core", "framework/node", "framework/realtime", "framework/yaml", "devices"),
             # The command knows no device; it asks where profiles lie, and which ports there are.
             # The view also draws meshes and the contacts of the local model, and sends the cursor of device.mouse. `mesh` and `new`
-            # look at mesh files, and at the way over a surface.
+            # look at mesh files, at the way over a surface, and at models of MuJoCo.
             "app": ("framework", "app", "devices/hardware", "devices/mouse/cursor.hpp", "nodes/physics/mesh",
-                    "nodes/physics/geometry/tree_distance.hpp", "nodes/physics/contact/local_contacts.hpp"),
+                    "nodes/physics/geometry/tree_distance.hpp", "nodes/physics/contact/local_contacts.hpp",
+                    "nodes/physics/engine/mujoco_plugin.hpp"),
             # The Python package runs graphs as the command does, and knows nothing of its words.
             "python": ("framework", "app/run", "app/report", "app/output.hpp", "app/results_folder.hpp", "python"),
             # A session is what every front stands on, and knows none.
