@@ -24,7 +24,7 @@ constexpr std::size_t max_project_bytes = 1 << 20;
 /// m, of the motion that is written.
 constexpr double press_depth = 3e-3, slide_way = 10e-3, clearance = 10e-3;
 /// m, of the search for a surface.
-constexpr double search_step = 1e-3, farthest_surface = 0.3, surface_tolerance = 1e-5;
+constexpr double search_step = 1e-3, farthest_surface = 0.3, surface_tolerance = 1e-6;
 
 /// Where the tool touches something.
 struct Surface {

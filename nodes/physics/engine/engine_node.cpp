@@ -113,7 +113,8 @@ OwnScene model_scene(const std::string& type, const EngineParams& params) {
 OwnTool model_tool(const std::string& type, const EngineParams& params) {
   const auto engine = engine_alone(type, params);
   Body body;
-  body.name = params.tool;
+  // Names of bodies in graphs are plainer than those of models.
+  body.name = "tool";
   body.X_WB = engine->tool().X_WT;
   body.mass = engine->tool_mass();
   body.motion = engine->tool_rotates() ? Motion::rigid : Motion::translation;

@@ -46,9 +46,9 @@ void declare_engine_model(Declare<N>& node, bool required, double substep) {
 std::unique_ptr<CoupledEngine> load_engine(const std::string& type, const EngineParams& params,
                                            const NodeContext& context, bool partial = false);
 
-/// What can be drawn of the model as it begins, and its tool for a graph whose scene has none. The tool's shape is that
-/// of its only geom where a scene has such a shape, else a ball round all of them. Throw as load_engine does, except
-/// for what does not go with a scene.
+/// What can be drawn of the model as it begins, and its tool for a graph whose scene has none, called `tool`. Its shape
+/// is that of its only geom where a scene has such a shape, else a ball round all of them. Throw as load_engine does,
+/// except for what does not go with a scene.
 OwnScene model_scene(const std::string& type, const EngineParams& params);
 OwnTool model_tool(const std::string& type, const EngineParams& params);
 
