@@ -169,6 +169,34 @@ BOOST_AUTO_TEST_CASE(a_run_has_the_same_bytes_however_slow_the_program_is_and_ho
   BOOST_TEST((fast == made(true)));
 }
 
+BOOST_AUTO_TEST_CASE(local_adds_the_weight_of_the_tool_where_the_scene_has_gravity_and_none_where_physics_carries_it) {
+  constexpr double g = 9.81;
+  const std::string high_hand = R"(
+  trajectory:
+    type: source.trajectory
+    points:
+      - {t: 0 s, z: 50 mm}
+      - {t: 1 s, z: 50 mm}
+)";
+  const std::string text = graph_text("clock: virtual\nduration: 1 s", high_hand, 60, rolled_out, "device.commanded");
+  for (const double gravity : {0.0, g}) {
+    const std::string scene = "gravity: [0, 0, " + std::to_string(-gravity) + "]";
+    Session session(planned_text(replaced(text, "gravity: [0, 0, 0]", scene)));
+    std::vector<Stamped<Wrench>> commanded;
+    keep(session, "device.commanded", commanded);
+    PhysicsLoop loop(session);
+    const ContactSet none;
+    // The tool hangs at rest in the spring, or where the handle is.
+    while (const auto step = loop.next()) {
+      const Vec3 sag{0, 0, -Ball::mass * gravity / step->coupling.k_t};
+      loop.result(*step, {.X_WT = Pose{step->handle.X_WD.p + sag, {}}, .V_WT = Twist{}, .contacts = &none});
+    }
+    session.finish();
+    BOOST_REQUIRE(!commanded.empty());
+    BOOST_TEST(std::abs(commanded.back().value.force.z + Ball::mass * gravity) < 0.02, gravity);
+  }
+}
+
 BOOST_AUTO_TEST_CASE(local_goes_on_from_the_contacts_that_a_program_tells) {
   const auto displayed = [](double rate, const std::string& method, std::vector<Stamped<Wrench>>& truth) {
     Session session(planned_text(graph_text("clock: virtual\nduration: 1.6 s", pressing_hand, rate, method,
