@@ -36,7 +36,8 @@ void declare_engine_model(Declare<N>& node, bool required, double substep) {
                               .unit = "s",
                               .default_value = substep,
                               .min = 1e-5,
-                              .max = 0.02});
+                              .max = 0.02,
+                              .in_reference = 5e-5});
 }
 
 /// Loads MuJoCo and the model. Throws InputError where there is no plugin, and ValueError where the model cannot be
