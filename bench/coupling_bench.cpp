@@ -97,7 +97,7 @@ class Coupled {
   virtual ~Coupled() = default;
   Coupled(const Coupled&) = delete;
   Coupled& operator=(const Coupled&) = delete;
-  virtual bool step(const CouplingParameters& coupling, const DeviceState& to, double h) = 0;
+  virtual bool step(const CouplingParameters& coupling, const DeviceState& from, const DeviceState& to, double h) = 0;
   /// Pose and velocity of the tool now.
   virtual void tell(PhysicsState& state) = 0;
   /// How often MuJoCo has put an unstable scene back to its begin.
@@ -112,7 +112,7 @@ class InSolver final : public Coupled {
                     .engine({.file = model_of(tool), .tool = "tool", .keyframe = "", .bodies = {}})) {
     engine_->place_tool(handle_at(tool, 0).X_WD);
   }
-  bool step(const CouplingParameters& coupling, const DeviceState& to, double h) override {
+  bool step(const CouplingParameters& coupling, const DeviceState&, const DeviceState& to, double h) override {
     const bool is_stepped = engine_->step(coupling, to, h, nullptr);
     failures_ += is_stepped ? 0 : 1;
     return is_stepped;
@@ -129,7 +129,7 @@ class InSolver final : public Coupled {
   int failures_ = 0;
 };
 
-/// MuJoCo alone. The coupling is an applied force, from the tool at the begin of the step and the handle at its end.
+/// MuJoCo alone. The coupling is an applied force, as it is at the begin of the step.
 class HeldForce final : public Coupled {
  public:
   explicit HeldForce(const PressedTool& tool) {
@@ -146,13 +146,13 @@ class HeldForce final : public Coupled {
       for (int i = 0; i < 3; ++i) data_->qpos[i] = X.p[i] - model_->body_pos[3 * body_ + i];
     }
   }
-  bool step(const CouplingParameters& coupling, const DeviceState& to, double h) override {
+  bool step(const CouplingParameters& coupling, const DeviceState& from, const DeviceState&, double h) override {
     model_->opt.timestep = h;
     mj_step1(model_.get(), data_.get());
     PhysicsState state;
     read(state);
-    state.X_WD = to.X_WD;
-    state.V_WD = to.V_WD;
+    state.X_WD = from.X_WD;
+    state.V_WD = from.V_WD;
     const Wrench on_handle = coupling_wrench(coupling, state, true);
     for (int i = 0; i < 3; ++i) {
       data_->xfrc_applied[6 * body_ + i] = -on_handle.force[i];
@@ -196,12 +196,14 @@ std::unique_ptr<Track> follow(const PressedTool& tool, Coupled& coupled, const C
   auto track = std::make_unique<Track>();
   const auto every = static_cast<int>(std::lround(sampled / h));
   const auto count = static_cast<int>(std::lround(duration / h));
+  DeviceState from = handle_at(tool, 0);
   for (int i = 1; i <= count; ++i) {
     const DeviceState to = handle_at(tool, i * h);
     const Instant begin = MonotonicClock::now();
-    const bool is_stepped = coupled.step(coupling, to, h);
+    const bool is_stepped = coupled.step(coupling, from, to, h);
     track->took.record(MonotonicClock::now() - begin);
     if (!is_stepped) break;
+    from = to;
     if (i % every != 0) continue;
     PhysicsState state;
     coupled.tell(state);
@@ -219,10 +221,10 @@ double rms(const std::vector<Vec3>& values) {
   return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-/// Empty where a track ended early.
+/// Empty where a track ended early, or began anew after a reset.
 std::vector<Vec3> difference(const Track& a, const Track& truth) {
   std::vector<Vec3> apart;
-  if (a.force_W.size() != truth.force_W.size()) return apart;
+  if (a.resets > 0 || a.force_W.size() != truth.force_W.size()) return apart;
   for (std::size_t i = 0; i < a.force_W.size(); ++i) apart.push_back(a.force_W[i] - truth.force_W[i]);
   return apart;
 }

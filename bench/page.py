@@ -81,6 +81,11 @@ def wrapped(text, indent=""):
     return textwrap.fill(text, 120, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
+def is_run_time(name):
+    """Whether a metric of a study is a run time."""
+    return name.startswith(("cpu_", "method_us_", "cost_us."))
+
+
 def timing(found):
     """How the run times of a study were taken, and what its report warns of, from study.json."""
     said = found["timing"]
