@@ -76,7 +76,7 @@ Plan plan_of(const Options& options, Registry& registry) {
     return option_patch("bridge_bench", path, value);
   };
   return make_plan(load_graph(TACTOR_SOURCE_DIR "/examples/bridge/graph.yaml", registry,
-                              {set("physics.rate", fmt::format("{} Hz", options.rate)), set("record", "[]"),
+                              {set("physics.rate", fmt::format("{} Hz", options.rate)),
                                set("duration", fmt::format("{} s", options.seconds))}));
 }
 
