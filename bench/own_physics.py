@@ -209,7 +209,8 @@ def virtual_tables(found):
 def answer(found):
     """The main numbers as sentences."""
     lines = []
-    for method, what in (("rollout", "With MuJoCo itself as the rollout"), ("each_tick", "With MuJoCo in each tick"), ("local", "With `local`")):
+    for method, what in (("rollout", "With MuJoCo itself as the rollout (`rollout`)"), ("each_tick", "With MuJoCo in each tick (`each_tick`)"),
+                         ("local", "With `local`")):
         of = {rate: Rate(found, rate) for rate in RATES}
         of = {rate: one for rate, one in of.items() if one.of(method)}
         if not of:
@@ -218,8 +219,8 @@ def answer(found):
         worst = " / ".join(one.mean_and_worst(method, "hold", RMS)[1] for one in of.values())
         floor = " / ".join(f"{one.mean_and_worst(method, 'floor', RMS)[0]:.2f}" for one in of.values())
         us = " / ".join(f"{one.times(method, 'method_us_per_tick')[0]:.3g}" for one in of.values())
-        lines.append(page.wrapped(f"- {what} (`{method}`), the RMS error is {means} of that of a held force at {' / '.join(map(str, of))} results a "
-                                  f"second, in the mean of the scenes. The worst scene has {worst}. That is {floor} of the error of `floor`. The "
+        lines.append(page.wrapped(f"- {what} the RMS error is {means} of that of a held force at {' / '.join(map(str, of))} results a "
+                                  f"second, in the mean of the scenes. The worst scene has {worst}. That is {floor} times the error of `floor`, in the mean. The "
                                   f"method takes {us} us a tick.", "  "))
     return "\n".join(lines)
 
