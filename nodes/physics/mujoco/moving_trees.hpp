@@ -33,10 +33,10 @@ class MovingTrees {
   [[nodiscard]] bool any_stands(Trees moving) const;
   /// Bodies of the model that moves these trees alone, the world among them.
   [[nodiscard]] int bodies(Trees moving) const;
-  /// s, of a step with these trees moving from `placed` on, by the model that CoupledEngine::step_cost tells.
+  /// s, of a step with these trees moving from `placed` on, by the model that SteppedEngine::step_cost tells.
   [[nodiscard]] double step_cost(const mjData& placed, Trees moving) const;
 
-  /// The trees to move, as CoupledEngine::near_trees tells. `placed`: with positions and velocities of all bodies and
+  /// The trees to move, as SteppedEngine::near_trees tells. `placed`: with positions and velocities of all bodies and
   /// geoms. `most_bodies`: of the model that moves them alone.
   [[nodiscard]] Trees near(const mjData& placed, const TreeSearch& search, int most_bodies) const;
 
