@@ -38,13 +38,13 @@ namespace {
 struct FinishedRun {
   RunResult result;
   std::shared_ptr<Registry> registry;  // the taps' message types live in it
-  Scene scene;
+  GraphSpec graph;
   std::vector<std::string> notes;
   std::vector<std::pair<std::string, std::shared_ptr<TapBuffer>>> taps;
   std::string folder;     ///< of the results, or empty
   std::string recording;  ///< or empty
 
-  [[nodiscard]] std::string html() const { return run_report(result, &scene); }
+  [[nodiscard]] std::string html() const { return run_report(result, &graph); }
 };
 
 struct RunRequest {
@@ -94,7 +94,7 @@ class SignalWatch {
 std::unique_ptr<FinishedRun> run(const Graph& graph, const RunRequest& request) {
   auto made = std::make_unique<FinishedRun>();
   made->registry = graph.registry();
-  made->scene = graph.spec().scene;
+  made->graph = graph.spec();
   SignalWatch signals;
   const auto make = [&] {
     const Plan plan = graph.plan_for(request.taps);

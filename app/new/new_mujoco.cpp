@@ -27,7 +27,7 @@ constexpr double press_depth = 3e-3, slide_way = 10e-3, clearance = 10e-3;
 constexpr double search_step = 1e-3, farthest_surface = 0.3, surface_tolerance = 1e-6;
 
 /// Where the tool touches something.
-struct Surface {
+struct FirstHit {
   Vec3 direction_W;     ///< unit, from where the tool begins
   double distance = 0;  ///< m
 };
@@ -48,9 +48,9 @@ std::optional<double> distance_to_touch(CoupledEngine& engine, const Pose& begin
 }
 
 /// The nearest surface along an axis of the world, of equal ones the one below.
-std::optional<Surface> nearest_surface(CoupledEngine& engine) {
+std::optional<FirstHit> nearest_surface(CoupledEngine& engine) {
   const Pose begin = engine.tool().X_WT;
-  std::optional<Surface> nearest;
+  std::optional<FirstHit> nearest;
   double most = farthest_surface;
   for (const Vec3& direction :
        {Vec3{0, 0, -1}, Vec3{1, 0, 0}, Vec3{-1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, -1, 0}, Vec3{0, 0, 1}}) {
@@ -74,7 +74,7 @@ std::string point_line(double t, const Vec3& p, const std::string& note = "") {
 /// The way-points, which begin and end where the tool is apart from the surface.
 std::string points_text(CoupledEngine& engine) {
   const Vec3 begin = engine.tool().X_WT.p;
-  const std::optional<Surface> surface = nearest_surface(engine);
+  const std::optional<FirstHit> surface = nearest_surface(engine);
   if (!surface) {
     return point_line(0, begin, "no surface is near: let it go to one") + point_line(0.4, begin) +
            point_line(2, begin + Vec3{slide_way, 0, 0}) + point_line(3.8, begin);
