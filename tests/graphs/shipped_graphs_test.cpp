@@ -46,7 +46,7 @@ BOOST_AUTO_TEST_CASE(every_method_runs_over_a_scene) {
     const RunResult result = run_for_page(plan);
     BOOST_TEST(result.metric("contacts.max") > 0);
     BOOST_TEST(std::isfinite(result.metric("delivered.force.rms_error_N")));
-    check_told(result, plan.graph.scene);
+    check_told(result, plan.graph);
   });
 }
 
@@ -74,7 +74,7 @@ BOOST_AUTO_TEST_CASE(the_scene_of_every_folder_runs) {
     const RunResult result = run_for_page(plan);
     BOOST_TEST(std::isfinite(result.metric("delivered.force.rms_error_N")));
     BOOST_TEST(result.metric("drops") == 0);
-    check_told(result, plan.graph.scene);
+    check_told(result, plan.graph);
   });
 }
 
