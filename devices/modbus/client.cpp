@@ -334,14 +334,14 @@ bool Client::request(const Transaction& t, const std::uint16_t* written, std::ui
 bool Client::exchange(const Transaction& t, const std::uint16_t* written, std::uint16_t* read, LinkFailure& failure) {
   transaction_ = (transaction_ + 1) & 0xffff;
   const Framing framing{endpoint_.serial, line_.unit, transaction_};
-  const std::vector<std::uint8_t> sent = request_frame(t, written, framing);
-  if (!send_request(sent, failure)) return false;
+  put_request(t, written, framing, sent_);
+  if (!send_request(sent_, failure)) return false;
   const Instant give_up = MonotonicClock::now() + line_.response_timeout;
   std::array<std::uint8_t, longest_frame> bytes{};
   std::size_t come = 0;
   for (;;) {
     const std::span<const std::uint8_t> answer(bytes.data(), come);
-    const AnswerState state = judge_answer(answer, t, sent, framing);
+    const AnswerState state = judge_answer(answer, t, sent_, framing);
     if (state.kind == AnswerState::Kind::good) {
       take_words(answer, t, framing, read);
       return true;

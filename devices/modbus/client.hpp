@@ -101,6 +101,7 @@ class Client {
   PortLock lock_;                        // of a serial port; longer than it is open
   std::unique_ptr<void, Free> context_;  // modbus_t
   int transaction_ = 0;                  // over TCP, of the newest request
+  std::vector<std::uint8_t> sent_;       // the newest request
   bool unclear_ = false;                 // an answer may still come
   std::int64_t silent_from_ns_ = 0;      // monotonic, the end of the last frame
   std::uint64_t fences_ = 0;

@@ -99,8 +99,9 @@ std::uint16_t check_sum(std::span<const std::uint8_t> bytes) {
   return sum;
 }
 
-std::vector<std::uint8_t> request_frame(const Transaction& t, const std::uint16_t* written, const Framing& framing) {
-  std::vector<std::uint8_t> frame;
+void put_request(const Transaction& t, const std::uint16_t* written, const Framing& framing,
+                 std::vector<std::uint8_t>& frame) {
+  frame.clear();
   frame.reserve(longest_frame);
   if (!framing.serial) {
     put_word(frame, framing.transaction);
@@ -148,7 +149,6 @@ std::vector<std::uint8_t> request_frame(const Transaction& t, const std::uint16_
     frame[5] = static_cast<std::uint8_t>(length & 0xff);
   }
   TACTOR_DEMAND(frame.size() <= longest_frame);
-  return frame;
 }
 
 AnswerState judge_answer(std::span<const std::uint8_t> bytes, const Transaction& t, std::span<const std::uint8_t> sent,

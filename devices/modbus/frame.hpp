@@ -24,9 +24,10 @@ struct Framing {
 /// The check sum of a serial line (CRC-16, polynomial 0xa001), its low byte goes first.
 std::uint16_t check_sum(std::span<const std::uint8_t> bytes);
 
-/// The whole frame of a request; `written` holds write_count words where the function writes.
-std::vector<std::uint8_t> request_frame(const Transaction& request, const std::uint16_t* written,
-                                        const Framing& framing);
+/// Makes `frame` the whole frame of a request, without allocating where it has room for the longest one. `written`
+/// holds write_count words where the function writes.
+void put_request(const Transaction& request, const std::uint16_t* written, const Framing& framing,
+                 std::vector<std::uint8_t>& frame);
 
 /// What has come so far of an answer.
 struct AnswerState {

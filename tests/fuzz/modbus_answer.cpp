@@ -54,7 +54,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   const std::vector<std::uint16_t> words(125, 0x0102);
   const Framing framing{(data[3] & 1U) != 0, 1 + (data[3] >> 1) % 247, data[2] << 8 | data[1]};
-  const std::vector<std::uint8_t> sent = request_frame(t, words.data(), framing);
+  std::vector<std::uint8_t> sent;
+  put_request(t, words.data(), framing, sent);
   const std::span<const std::uint8_t> line(data + 4, size - 4);
   // As the client reads: no more than is missing.
   std::vector<std::uint8_t> come;

@@ -124,7 +124,7 @@ BOOST_AUTO_TEST_CASE(a_view_is_told_each_geom_with_its_kind_and_its_first_pose) 
       "<body name=\"tool\" pos=\"0 0 0.3\"><freejoint/><geom type=\"capsule\" size=\"0.01 0.02\" mass=\"0.1\"/></body>"
       "<body name=\"door\" pos=\"1 2 3\" " +
           rotated +
-          "><joint type=\"hinge\" axis=\"0 0 1\" range=\"0 1\"/>"
+          "><joint type=\"hinge\" axis=\"0 0 1\" limited=\"true\" range=\"0 1\"/>"
           "<geom name=\"leaf\" type=\"box\" size=\"0.1 0.2 0.3\" pos=\"0.1 0 0\"/>"
           "<geom type=\"cylinder\" size=\"0.02 0.05\" pos=\"0 0 0.4\"/>"
           "<geom type=\"ellipsoid\" size=\"0.01 0.02 0.03\"/></body>",

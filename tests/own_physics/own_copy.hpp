@@ -17,8 +17,9 @@ inline Plan planned_with_copy(const std::string& text) {
                               Overrides{over_patch(graphs / "own_physics/copy.yaml")}));
 }
 
-/// Steps the mass until the run ends, with sub-steps of at most 0.25 ms.
-inline void run_mass(PhysicsLoop& loop) {
+/// Steps the mass until the run ends, with sub-steps of at most 0.25 ms. `with_copy`: each result tells the state of
+/// the light copy.
+inline void run_mass(PhysicsLoop& loop, bool with_copy = true) {
   std::array<double, MassAndWall::numbers> state{};
   bool begun = false;
   while (const auto step = loop.next()) {
@@ -31,7 +32,9 @@ inline void run_mass(PhysicsLoop& loop) {
       const Time t = step->begin + Duration::from_seconds(i * h);
       tool = MassAndWall::step(state, {h, step->handle_at(t), step->coupling});
     }
-    loop.result(*step, {.X_WT = tool.X_WT, .V_WT = tool.V_WT, .copy_state = state});
+    PhysicsResult result{.X_WT = tool.X_WT, .V_WT = tool.V_WT};
+    if (with_copy) result.copy_state = state;
+    loop.result(*step, result);
   }
 }
 

@@ -64,7 +64,7 @@ BOOST_AUTO_TEST_CASE(the_programs_own_copy_shows_its_physics_between_two_results
     keep(session, "coupling.force", of_physics);
     PhysicsLoop loop(session);
     if (with_copy) loop.rollout(MassAndWall::numbers, MassAndWall::step);
-    run_mass(loop);
+    run_mass(loop, with_copy);
     session.finish();
     BOOST_TEST(loop.dropped_states() == 0U);
     return shown;
@@ -117,7 +117,8 @@ BOOST_AUTO_TEST_CASE(a_copy_that_fails_ends_the_run_with_the_name_of_its_node) {
       const std::string text = error.what();
       BOOST_TEST_MESSAGE(text);
       // Either node may be the first to come to the wall.
-      const bool named = text.starts_with("node rollout: ") || text.starts_with("node resimulation: ");
+      const bool named =
+          text.starts_with("node rollout failed at ") || text.starts_with("node resimulation failed at ");
       return named && has(text, "the program's light copy failed in its step from ") && has(text, why);
     };
     BOOST_CHECK_EXCEPTION(run_mass(loop), RunError, is_told);

@@ -23,8 +23,7 @@ bool is_unit(const Quat& q) {
 }  // namespace
 
 CopyEngine::CopyEngine(const NodeContext& context)
-    : node_(context.name),
-      tool_rotates_(context.scene->tool() != nullptr && context.scene->tool()->motion == Motion::rigid) {}
+    : tool_rotates_(context.scene->tool() != nullptr && context.scene->tool()->motion == Motion::rigid) {}
 
 void CopyEngine::take(const LightCopy& copy) {
   step_ = copy.step;
@@ -34,15 +33,14 @@ void CopyEngine::take(const LightCopy& copy) {
 void CopyEngine::check_given() const {
   if (step_) return;
   throw RunError(
-      "node " + node_ +
-      ": no program has given its light copy, by PhysicsLoop::rollout in C++ before the run begins; a replay "
+      "no program has given its light copy, by PhysicsLoop::rollout in C++ before the run begins; a replay "
       "and a program in Python have none, so take another method there, such as --over local");
 }
 
 void CopyEngine::check_stepped(Time time) const {
   if (*failure_ == '\0') return;
-  throw RunError("node " + node_ + ": the program's light copy failed in its step from " +
-                 std::to_string(time.seconds()) + " s: " + failure_);
+  throw RunError("the program's light copy failed in its step from " + std::to_string(time.seconds()) +
+                 " s: " + failure_);
 }
 
 bool CopyEngine::restore(const EngineNumbers& numbers) {

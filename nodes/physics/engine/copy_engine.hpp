@@ -37,7 +37,6 @@ class CopyEngine final : public SteppedEngine {
   [[nodiscard]] const EngineTool& tool() const override { return tool_; }
 
  private:
-  const std::string node_;
   const bool tool_rotates_;
   CopyFunction step_;
   std::vector<double> state_;

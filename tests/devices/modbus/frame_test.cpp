@@ -62,6 +62,12 @@ std::vector<std::uint8_t> good_answer(const Transaction& t, const Framing& frami
   return frame;
 }
 
+std::vector<std::uint8_t> request_frame(const Transaction& t, const std::uint16_t* words, const Framing& framing) {
+  std::vector<std::uint8_t> frame;
+  put_request(t, words, framing, frame);
+  return frame;
+}
+
 AnswerState judged(const std::vector<std::uint8_t>& frame, const Transaction& t, const Framing& framing) {
   return judge_answer(frame, t, request_frame(t, written.data(), framing), framing);
 }
