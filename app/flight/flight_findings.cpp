@@ -374,7 +374,7 @@ class FaultSearch {
   void look_at_end() {
     const bool crashed = std::any_of(found_.begin(), found_.end(),
                                      [](const FlightFinding& one) { return one.fault == FlightFault::crashed; });
-    if (is_running_ || crashed || log_.end != FlightEnd::none || log_.records.empty()) return;
+    if (is_running_ || crashed || log_.end != FlightEnd::none) return;
     std::string words = "the process ended without a word, as by SIGKILL or where memory is short";
     for (std::size_t n = 0; n < log_.nodes.size(); ++n) {
       const Devices ticks = track_of<FlightDevice>(log_, FlightKind::device, n).records;

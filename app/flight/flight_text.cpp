@@ -177,8 +177,9 @@ std::string fault_line(const FlightFinding& finding) {
 std::string flight_text(const FlightSource& source, const std::vector<FlightFinding>& findings, std::size_t columns) {
   const FlightLog& log = source.log;
   std::string text = findings.empty() ? "nothing went wrong" : fault_line(findings.front());
-  text += fmt::format("\n\n{}: {}, process {}, begun {}, tactor {}; {}\n", source.path.string(), log.graph, log.process,
-                      date_text(log.unix_ns), log.version, ending_of(source));
+  text +=
+      fmt::format("\n\n{}: {}, process {}, {} {}, tactor {}; {}\n", source.path.string(), log.graph, log.process,
+                  log.has_begun ? "begun" : "not begun, made", date_text(log.unix_ns), log.version, ending_of(source));
   text += fmt::format("{} records from {:.3f} s to {:.3f} s, {} torn\n", log.records.size(), log.first().seconds(),
                       log.last().seconds(), log.torn);
   if (findings.size() > 1) text += "\nalso found\n";
@@ -192,6 +193,7 @@ void write_flight_json(const FlightSource& source, const std::vector<FlightFindi
                    {"file", source.path.string()},
                    {"graph", log.graph},
                    {"process", log.process},
+                   {"has_begun", log.has_begun},
                    {"begun", date_text(log.unix_ns)},
                    {"begun_unix_s", static_cast<double>(log.unix_ns) * 1e-9},
                    {"tactor", log.version},

@@ -96,7 +96,7 @@ bool record_worst(StabilityMaps& maps, const Study& study, const std::vector<Run
 int told_failures(const Comparison& comparison) {
   const std::string failures = failures_text(comparison);
   if (failures.empty()) return 0;
-  tell(fmt::format("tactor: runs that failed, whose metrics are missing:\n{}", failures));
+  tell(fmt::format("tactor: runs that failed, whose metrics are missing:\n{}", failures), LogLevel::error);
   return 1;
 }
 

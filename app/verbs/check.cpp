@@ -56,7 +56,7 @@ int check_graphs(const CheckArguments& arguments) {
       }
       if (arguments.with_metrics) fmt::print("{}\n", planned_metrics(plan));
     } catch (const InputError& error) {
-      tell(fmt::format("{}\n", error.what()));
+      tell(fmt::format("{}\n", error.what()), LogLevel::error);
       bad = true;
     }
   }

@@ -15,6 +15,7 @@
 #include <cstring>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "devices/guard/engine_slots.hpp"
@@ -166,7 +167,11 @@ int guard() {
 
 }  // namespace tactor
 
-int main() {
+int main(int argc, char** argv) {
   tactor::show_only_text();
+  if (argc > 1 && std::string_view(argv[1]) == "--help") {
+    std::puts("tactor-guard: a run starts it, and nobody else; `guard` of a device says when");
+    return 0;
+  }
   return tactor::guard();
 }

@@ -163,10 +163,11 @@ void DeviceNode::step(StepContext& context) {
 
 void DeviceNode::tell(FlightDevice& flight, const SafetyInput& input, const SafetyOutput& output, Phase phase) const {
   constexpr float none = std::numeric_limits<float>::quiet_NaN();
-  flight.p_WD = flight_vector(sample_.state.X_WD.p);
-  flight.v_WD = flight_vector(sample_.state.V_WD.v);
-  flight.wanted_force = input.wanted_D_W ? flight_vector(input.wanted_D_W->force) : FlightVector{none, none, none};
-  flight.wanted_torque = input.wanted_D_W ? flight_vector(input.wanted_D_W->torque) : FlightVector{none, none, none};
+  constexpr FlightVector no_vector{none, none, none};
+  flight.p_WD = any_sample_ ? flight_vector(sample_.state.X_WD.p) : no_vector;
+  flight.v_WD = any_sample_ ? flight_vector(sample_.state.V_WD.v) : no_vector;
+  flight.wanted_force = input.wanted_D_W ? flight_vector(input.wanted_D_W->force) : no_vector;
+  flight.wanted_torque = input.wanted_D_W ? flight_vector(input.wanted_D_W->torque) : no_vector;
   flight.commanded_force = flight_vector(output.commanded_D_W.force);
   flight.commanded_torque = flight_vector(output.commanded_D_W.torque);
   flight.result_age_s = any_segment_ ? static_cast<float>((input.now - used_.valid).seconds()) : none;

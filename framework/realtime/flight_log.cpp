@@ -78,6 +78,7 @@ FlightLog read_flight(std::string_view bytes) {
   log.end = header.end;
   // A run that never began counts from when its ring was made.
   log.origin_ns = header.origin_ns != 0 ? header.origin_ns : header.made_ns;
+  log.has_begun = header.origin_ns != 0;
   log.unix_ns = header.unix_ns + (log.origin_ns - header.made_ns);
   read_names(std::string(texts.substr(header.layout_bytes, header.names_bytes)), log);
   read_records(bytes, header, log);

@@ -48,6 +48,7 @@ struct FlightLog {
   std::vector<FlightNode> nodes;
   std::vector<FlightRecord> records;  ///< those that are whole, by their sequence
   std::int64_t origin_ns = 0;         ///< of CLOCK_MONOTONIC, at time zero
+  bool has_begun = false;             ///< false: there is no time zero yet, and that of the file stands for it
   std::size_t torn = 0;               ///< records whose checksum is wrong
 
   [[nodiscard]] Time time_of(const FlightRecord& record) const { return {record.time_ns - origin_ns}; }

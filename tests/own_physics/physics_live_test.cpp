@@ -113,8 +113,7 @@ BOOST_AUTO_TEST_CASE(a_copy_that_fails_in_the_loop_of_the_device_ends_in_zero_fo
     session.finish();
     const std::string failure = session.failure().value_or("none");
     BOOST_TEST(failure.find("the program's light copy failed in its step from ") != std::string::npos, failure);
-    BOOST_TEST((failure.find("node rollout: ") != std::string::npos ||
-                failure.find("node resimulation: ") != std::string::npos),
+    BOOST_TEST((failure.starts_with("node rollout failed at ") || failure.starts_with("node resimulation failed at ")),
                failure);
     BOOST_REQUIRE(!commanded.empty());
     BOOST_TEST(norm(commanded.back().value.force) == 0.0);
