@@ -1,6 +1,7 @@
 #include "nodes/interpolation/engine_rollout.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "nodes/physics/mechanics/coupling_wrench.hpp"
 
@@ -11,8 +12,8 @@ namespace {
 /// Samples of the handle that one tick goes through at most; of more some are left out.
 constexpr std::size_t most_engine_samples = 4;
 
-/// The rollout is meant to have physics' own law, so it is compared with physics for the report alone.
-TrustOptions for_the_report(TrustOptions options) {
+/// How long and how much worse than a hold the rollout may be; see ErrorEstimate.
+TrustOptions with_estimate(TrustOptions options) {
   options.estimate_time = Duration::from_seconds(1);
   options.worse = 1;
   return options;
@@ -26,7 +27,7 @@ EngineRollout::EngineRollout(SteppedEngine& engine, double substep, const Engine
       motion_(engine, substep),
       display_(Duration::from_rate(params.rate), params.blend_time),
       carried_(display_.tick(), torque_),
-      trust_(for_the_report(params)) {}
+      trust_(with_estimate(params)) {}
 
 /// The coupling's, on the device.
 Wrench EngineRollout::wrench() const {
@@ -37,12 +38,17 @@ bool EngineRollout::trusted(Time now) const {
   return (in_each_tick() || now - intake_.valid() < trust_.time()) && !failed_;
 }
 
+EngineRollout::Source EngineRollout::source_now(Time now) const {
+  if (!trusted(now) || lags()) return Source::held;
+  return in_each_tick() || trust_.best() == RolloutTrust::rolled ? Source::rollout : Source::result;
+}
+
 /// Whether the scene may stay where the rollout has it: a result tells of the tool alone.
 bool EngineRollout::may_keep() const {
   if (in_each_tick()) return intake_.running() && !failed_;
   const std::size_t of_tool = motion_.engine().tool_rotates() ? 6 : 3;
-  return params_.restart == EngineRolloutParams::Restart::on_disagreement && intake_.running() && !failed_ && !held_ &&
-         motion_.engine().numbers().velocity.size() == of_tool;
+  return params_.restart == EngineRolloutParams::Restart::on_disagreement && intake_.running() && !failed_ &&
+         source_ == Source::rollout && motion_.engine().numbers().velocity.size() == of_tool;
 }
 
 /// Takes the state into use, with the scene as it is or where the state has it; or why not.
@@ -54,7 +60,9 @@ RefusalReason EngineRollout::take_state(const EngineState& state, bool keep) {
   constexpr Trees tool_alone = 1;
   const Trees moving = motion_.engine().may_allocate(state.moving) ? tool_alone : state.moving;
   const RefusalReason why = motion_.restart(state, moving);
-  if (why == RefusalReason::none) moved_.note(motion_.engine().moving_bodies());
+  if (why != RefusalReason::none) return why;
+  is_whole_ = motion_.engine().is_whole(moving);
+  moved_.note(motion_.engine().moving_bodies());
   return why;
 }
 
@@ -79,7 +87,9 @@ bool EngineRollout::take_model(const Stamped<EngineState>& newest, Time now) {
     advanced_ = track_.after(newest.value.time);
     trust_.agree();
   }
-  trust_.learn(newest.stamp.valid, newest.value.wrench_result.force, 0, intake_.use(newest.stamp, now));
+  // The whole scene has physics' own law; one of which a part stands has another, which nobody knows.
+  const std::optional<double> law_error = is_whole_ ? std::optional(0.0) : std::nullopt;
+  trust_.learn(newest.stamp.valid, newest.value.wrench_result.force, law_error, intake_.use(newest.stamp, now));
   result_wrench_ = limited(newest.value.wrench_result, newest.value.coupling);
   return !keep;
 }
@@ -124,24 +134,27 @@ void EngineRollout::step(Time now, Input<EngineState>& model, Input<DeviceState>
   const bool corrected = take_model(*model.latest(), now);
   if (!intake_.running() && !corrected) return;
   if (trusted(now)) go_on();
-  const bool hold = !trusted(now) || lags();
+  const Source source = source_now(now);
+  if (source == Source::result) held_wrench_ = result_wrench_;
   ForceState to;
-  if (hold) {
+  if (source != Source::rollout) {
     to.value = held_wrench_;
   } else {
     to = carried_.at(now, motion_.time(), motion_.tool_and_handle(), coupling_, motion_.acceleration(),
                      track_.acceleration());
     held_wrench_ = wrench();
   }
-  const RolloutDisplay::Aim aim = {.force = to,
-                                   .changed = corrected || hold != held_,
-                                   .corrected = corrected,
-                                   .trust_time = trust_.time(),
-                                   // In each tick, the force is of the newest sample, whatever physics does beside.
-                                   .valid = in_each_tick() && !hold ? motion_.time() : intake_.valid()};
+  const RolloutDisplay::Aim aim = {
+      .force = to,
+      .changed = corrected || source != source_ || (source == Source::result && shown_ != intake_.valid()),
+      .corrected = corrected,
+      .trust_time = trust_.time(),
+      // In each tick, the force is of the newest sample, whatever physics does beside.
+      .valid = in_each_tick() && source == Source::rollout ? motion_.time() : intake_.valid()};
   if (!display_.show(now, aim, coupling_, intake_, segment)) return;
-  held_ = hold;
-  ++(hold ? held_ticks_ : rolled_ticks_);
+  source_ = source;
+  shown_ = intake_.valid();
+  ++ticks_[static_cast<std::size_t>(source)];
 }
 
 }  // namespace tactor

@@ -1,6 +1,8 @@
 // Continues the scene of an engine tick by tick.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 
 #include "framework/core/messages.hpp"
@@ -31,7 +33,8 @@ struct EngineRolloutParams : TrustOptions {
 /// Moves an engine from the newest state of a resimulation through each sample of the handle. Displays the coupling's
 /// wrench, carried on to the time of display, and blends where a state arrives, as Rollout does. A state is trusted as
 /// in Rollout. Where it is older, a step failed, or a tick would need more than `max_substeps`, the last trusted force
-/// is held until a state comes that can be gone on with.
+/// is held until a state comes that can be gone on with. Where a part of the scene stands, and physics' results have
+/// been nearer to a held result than to the rollout, the newest result's force is held.
 ///
 /// With `restart: on_disagreement` the scene stays as the rollout has it until physics has the tool elsewhere for
 /// longer than the patience, or farther than is trusted. The tool has to be all that moves in the scene for that.
@@ -52,8 +55,10 @@ class EngineRollout {
   [[nodiscard]] const Refusals& refusals() const { return intake_.refusals(); }
   /// Of the handle's sample that the engine was moved to.
   [[nodiscard]] Time time() const { return motion_.time(); }
-  [[nodiscard]] std::int64_t rolled_ticks() const { return rolled_ticks_; }
-  [[nodiscard]] std::int64_t held_ticks() const { return held_ticks_; }
+  [[nodiscard]] std::int64_t rolled_ticks() const { return ticks(Source::rollout); }
+  /// Ticks that held a force, and those of them at which a held result has been nearer to physics.
+  [[nodiscard]] std::int64_t held_ticks() const { return ticks(Source::held) + outdone_ticks(); }
+  [[nodiscard]] std::int64_t outdone_ticks() const { return ticks(Source::result); }
   [[nodiscard]] std::int64_t failed_steps() const { return failed_steps_; }
   /// Times that more sub-steps were due than `max_substeps`.
   [[nodiscard]] std::int64_t overruns() const { return overruns_; }
@@ -66,6 +71,10 @@ class EngineRollout {
   [[nodiscard]] double correction_rms() const { return display_.correction_rms(); }
 
  private:
+  /// The force of a tick: the rollout's, the last trusted one, or that of the newest result.
+  enum class Source : std::uint8_t { rollout, held, result };
+  [[nodiscard]] Source source_now(Time now) const;
+  [[nodiscard]] std::int64_t ticks(Source source) const { return ticks_[static_cast<std::size_t>(source)]; }
   bool take_model(const Stamped<EngineState>& newest, Time now);
   [[nodiscard]] RefusalReason take_state(const EngineState& state, bool keep);
   [[nodiscard]] bool may_keep() const;
@@ -90,11 +99,14 @@ class EngineRollout {
   ModelIntake intake_;
   RolloutTrust trust_;
   MovedBodies moved_;
-  bool failed_ = false;  // a step has, since the state came
-  bool held_ = false;    // at the last tick
-  Wrench held_wrench_;   // within the device's limits
+  bool is_whole_ = true;             // all that can move does, since the scene was put back
+  bool failed_ = false;              // a step has, since the state came
+  Source source_ = Source::rollout;  // at the last tick
+  Time shown_;                       // of the result then
+  Wrench held_wrench_;               // within the device's limits
   Wrench result_wrench_;
-  std::int64_t rolled_ticks_ = 0, held_ticks_ = 0, failed_steps_ = 0, overruns_ = 0;
+  std::array<std::int64_t, 3> ticks_{};  // by Source
+  std::int64_t failed_steps_ = 0, overruns_ = 0;
 };
 
 /// Adds the ports, parameters and metrics of a node with the members `model`, `device`, `segment` and rollout(), its
@@ -130,6 +142,8 @@ void declare_engine_rollout(Declare<N>& node, const std::string& model, const st
       .metric("fallbacks", "1", "ticks that did not go on with the model", Better::lower,
               [](const N& self) { return self.rollout().held_ticks(); })
       .summed()
+      .metric("rollout.outdone_ticks", "1", "of them, ticks at which a held result has been nearer to physics",
+              Better::lower, [](const N& self) { return self.rollout().outdone_ticks(); })
       .metric("rollout.failed_steps", "1", "steps that " + engine + " could not make", Better::lower,
               [](const N& self) { return self.rollout().failed_steps(); })
       .metric("rollout.overruns", "1", "times that more sub-steps were due than max_substeps", Better::lower,

@@ -49,6 +49,8 @@ class SteppedEngine {
   /// its tree is none. 1 where the engine tells of its tool alone.
   [[nodiscard]] virtual int moving_bodies() const { return 1; }
 
+  /// Whether nothing that can move stands where these trees move.
+  [[nodiscard]] virtual bool is_whole(Trees /*moving*/) const { return true; }
   /// Whether a step in which these trees move may allocate memory, as far as the engine knows.
   [[nodiscard]] virtual bool may_allocate(Trees /*moving*/) const { return false; }
   /// Of a partial engine: the trees to move while the scene goes on from `numbers`. They are the tool's and those that

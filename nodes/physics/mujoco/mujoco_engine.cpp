@@ -106,6 +106,9 @@ class MujocoEngine final : public CoupledEngine {
     return "MuJoCo allocates memory in the steps of a model with more than " + std::to_string(most_sorted_bodies) +
            " bodies, and this one has " + std::to_string(bodies_with(moving)) + (why.empty() ? "" : "; " + why);
   }
+  [[nodiscard]] bool is_whole(Trees moving) const override {
+    return part_ == nullptr || !part_->trees().any_stands(moving | 1);
+  }
   [[nodiscard]] int moving_bodies() const override {
     int count = 0;
     for (int b = 1; b < model_->nbody; ++b) {
