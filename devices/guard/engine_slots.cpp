@@ -25,7 +25,12 @@ void EngineSlots::admit(Instant now, LineCycle& cycle) noexcept {
 }
 
 void EngineSlots::given(Instant, const LinkCommand& command) noexcept {
-  at_rest_.store(command.is_zero(), std::memory_order_release);
+  gave_zero_ = command.is_zero();
+  if (!gave_zero_) at_rest_.store(false, std::memory_order_release);
+}
+
+void EngineSlots::delivered() noexcept {
+  if (gave_zero_) at_rest_.store(true, std::memory_order_release);
 }
 
 void EngineSlots::publish(const LinkReport& report) noexcept {

@@ -22,13 +22,14 @@ class EngineSlots final : public LineOutside {
 
   void admit(Instant now, LineCycle& cycle) noexcept override;
   void given(Instant now, const LinkCommand& command) noexcept override;
+  void delivered() noexcept override;
   void publish(const LinkReport& report) noexcept override;
 
   // Any thread.
 
   /// From now on no order is obeyed, so that the command expires and goes to zero.
   void refuse_all() { refuses_.store(true, std::memory_order_release); }
-  /// True where the device was given zero last, or was never given anything.
+  /// True where the device has got zero and nothing was given since, or was never given anything.
   [[nodiscard]] bool at_rest() const { return at_rest_.load(std::memory_order_acquire); }
   /// Orders that were refused, but for those after refuse_all.
   [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }
@@ -40,6 +41,7 @@ class EngineSlots final : public LineOutside {
   SlotWriter<LinkReport> reports_;
   const Duration expires_after_;
   std::uint64_t epoch_ = 0;  // cuts that were published
+  bool gave_zero_ = true;    // last
   std::atomic<bool> refuses_{false};
   std::atomic<bool> at_rest_{true};
   std::atomic<std::uint64_t> refused_{0};

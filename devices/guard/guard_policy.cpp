@@ -35,7 +35,8 @@ std::vector<std::string> take_guard_policy(Duration period, const std::string& n
   apply_thread_settings({}, name);
   DeadlinePolicy wanted;
   wanted.period = static_cast<std::uint64_t>(std::clamp(period, shortest_period, longest_period).ns);
-  wanted.deadline = wanted.period / 2;
+  // A shorter deadline would make the kernel put off a thread that an answer wakes after it.
+  wanted.deadline = wanted.period;
   wanted.runtime = wanted.period * 3 / 10;
   if (syscall(SYS_sched_setattr, 0, &wanted, 0) == 0) return {};
   std::vector<std::string> lines{std::string("SCHED_DEADLINE refused: ") + std::strerror(errno) +

@@ -31,7 +31,7 @@ namespace tactor {
 
 namespace {
 
-constexpr Duration longest_ramp{500'000'000};  // of a line that does not answer any more
+constexpr Duration longest_end{5'000'000'000};  // of a line that does not answer, and is opened anew meanwhile
 constexpr Duration look_for_rest{500'000};
 
 /// The size of a file whose size, and with `seals` whose content too, nobody can change. Throws RunError for others.
@@ -74,16 +74,44 @@ void tell(GuardWords& words, const std::vector<std::string>& lines) {
   words.size.store(static_cast<std::uint32_t>(size), std::memory_order_release);
 }
 
-/// Signals that a terminal or an operator sends: all of them mean that the guard is to end, with the force at zero.
-/// Those of the terminal do not come, because the guard has a session of its own.
+/// Signals that others send mean that the guard is to end, with the force at zero. Left out are those that nobody can
+/// catch, those of a crash, and those that mean nothing here.
 int signals_to_end() {
+  for (const int one : {SIGPIPE, SIGXFSZ, SIGTTIN, SIGTTOU}) signal(one, SIG_IGN);
   sigset_t set{};
-  sigemptyset(&set);
-  for (const int one : {SIGTERM, SIGINT, SIGHUP, SIGQUIT}) sigaddset(&set, one);
+  sigfillset(&set);
+  for (const int one : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT, SIGTRAP, SIGSYS, SIGCHLD, SIGCONT, SIGURG, SIGWINCH,
+                        SIGPIPE, SIGXFSZ, SIGTTIN, SIGTTOU}) {
+    sigdelset(&set, one);
+  }
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   const int file = signalfd(-1, &set, SFD_CLOEXEC);
   if (file < 0) throw RunError(std::string("no signals: ") + std::strerror(errno));
   return file;
+}
+
+/// Where the flight file lies; the handler of SIGBUS reads it.
+std::byte* flight_memory = nullptr;
+std::size_t flight_size = 0;
+
+/// The user may shorten the flight file while it is mapped. Then memory of the guard's own takes its place: the line
+/// goes on, and what it does is told no more.
+void replace_flight(int number, siginfo_t* info, void* /*context*/) {
+  auto* const at = static_cast<std::byte*>(info->si_addr);
+  const bool is_flight = flight_memory != nullptr && at >= flight_memory && at < flight_memory + flight_size;
+  if (is_flight && mmap(flight_memory, flight_size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1,
+                        0) != MAP_FAILED)
+    return;
+  signal(number, SIG_DFL);  // and comes again
+}
+
+void survive_a_shorter_flight_file(std::byte* memory, std::size_t size) {
+  flight_memory = memory;
+  flight_size = size;
+  struct sigaction action {};
+  action.sa_sigaction = replace_flight;
+  action.sa_flags = SA_SIGINFO;
+  sigaction(SIGBUS, &action, nullptr);
 }
 
 /// The engine's flight recorder, to which the guard goes on to write where the engine has gone; none where the engine
@@ -95,6 +123,7 @@ std::optional<FlightRing> map_flight(const GuardConfig& config) {
   const auto size = static_cast<std::size_t>(status.st_size);
   void* memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, guard_flight_file, 0);
   if (memory == MAP_FAILED) throw RunError(std::string("its file cannot be mapped: ") + std::strerror(errno));
+  survive_a_shorter_flight_file(static_cast<std::byte*>(memory), size);
   return FlightRing({static_cast<std::byte*>(memory), size}, config.flight);
 }
 
@@ -150,7 +179,7 @@ int guard() {
     runner.start();
     wait_for_the_end(signals);
     slots.refuse_all();
-    const Instant give_up = MonotonicClock::now() + longest_ramp;
+    const Instant give_up = MonotonicClock::now() + longest_end;
     while (!slots.at_rest() && MonotonicClock::now() < give_up) {
       MonotonicClock::sleep_until(MonotonicClock::now() + look_for_rest);
     }

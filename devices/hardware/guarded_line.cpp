@@ -22,7 +22,7 @@ namespace tactor {
 
 namespace {
 
-constexpr Duration guard_goodbye{10'000'000'000};  // a link's calls end sooner
+constexpr Duration guard_goodbye{10'000'000'000};  // then it is left to end by itself
 constexpr Duration look_for_its_end{1'000'000};
 constexpr int above_the_guards = 10;  // descriptors that are handed on are not where they go
 
@@ -168,8 +168,8 @@ void GuardedLine::stop() {
     const pid_t ended = waitpid(process_, &status, WNOHANG);
     if (ended == process_ || (ended < 0 && errno != EINTR)) break;
     if (MonotonicClock::now() > give_up) {
-      kill(process_, SIGKILL);
-      waitpid(process_, &status, 0);
+      // It may be in the middle of a homing or a shutdown, or stopped: it ends by itself, with the force at zero.
+      kill(process_, SIGCONT);
       break;
     }
     MonotonicClock::sleep_until(MonotonicClock::now() + look_for_its_end);

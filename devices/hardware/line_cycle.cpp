@@ -80,6 +80,11 @@ bool LineCycle::opened(const LinkLimits& theirs, LinkFailure& failure) {
   given_ = {};
   if (flight_) flight_.ring->tell(FlightEvent::line_opened, flight_.node, MonotonicClock::now(), name_);
   commands_.cut(MonotonicClock::now());
+  if (outside_ != nullptr) {
+    // A link starts its device up with zero effort.
+    outside_->given(MonotonicClock::now(), {});
+    outside_->delivered();
+  }
   publish();
   return true;
 }
@@ -105,6 +110,7 @@ LinkCommand LineCycle::due(Instant now) {
 
 void LineCycle::took(Instant began, const LinkSample& sample, std::string_view fault) {
   metrics().cycles.add(1);
+  if (outside_ != nullptr) outside_->delivered();
   if (effort_ != AxisValues{}) metrics().forced_cycles.add(1);
   report_.sample = sample;
   report_.sampled = began;

@@ -26,7 +26,7 @@ NodeInfo MujocoPredictor::declare() {
             {.doc = "CPU time that a tick of the rollout may take. It decides how many bodies move; 0: the tool alone. "
                     "The sub-steps of the rollout are taken to be as long as those of this node",
              .unit = "s",
-             .default_value = 150e-6,
+             .default_value = 400e-6,
              .min = 0,
              .max = 1})
       .coarser("substep", {5e-4, 1e-3, 2e-3})

@@ -165,6 +165,12 @@ BOOST_AUTO_TEST_CASE(an_expired_command_goes_to_zero_linearly) {
       const double share = late <= 0 ? 1 : std::max(0.0, 1 - late / 3);
       BOOST_TEST(std::abs(line.given(Duration{at * us}) - force * share) < 1e-9);
     }
+    // Zero that was given may not have come to the device.
+    BOOST_TEST(!line.slots.at_rest());
+    line.cycle.failed({LinkError::timeout, "no answer"});
+    BOOST_TEST(!line.slots.at_rest());
+    BOOST_TEST(line.given(Duration{9'000 * us}) == 0);
+    line.cycle.took(line.now, {}, "");
     BOOST_TEST(line.slots.at_rest());
   }
 }
@@ -227,6 +233,8 @@ BOOST_AUTO_TEST_CASE(a_guard_that_is_to_end_takes_the_force_to_zero) {
   line.now = line.now + Duration{1 * ms};
   line.order(5);
   BOOST_TEST(line.given(Duration{5 * ms}) == 0);
+  BOOST_TEST(!line.slots.at_rest());
+  line.cycle.took(line.now, {}, "");
   BOOST_TEST(line.slots.at_rest());
 }
 
