@@ -1,5 +1,6 @@
 #include "app/flight/flight_text.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -63,11 +64,7 @@ double number_of(const FlightRecord& record, FieldKind kind, std::size_t offset)
 }
 
 std::string date_text(std::int64_t unix_ns) {
-  const std::time_t seconds = unix_ns / 1'000'000'000;
-  std::tm date{};
-  gmtime_r(&seconds, &date);
-  std::array<char, 32> text{};
-  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%d %H:%M:%S UTC", &date)};
+  return fmt::format("{:%F %T UTC}", fmt::gmtime(static_cast<std::time_t>(unix_ns / 1'000'000'000)));
 }
 
 /// The records by their time, and the words of events in the place of their first part.

@@ -1,5 +1,6 @@
 #include "app/run/cost_traces.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <ctime>
@@ -19,19 +20,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The day of now, UTC: 2026-11-26.
-std::string today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm day{};
-  gmtime_r(&now, &day);
-  return fmt::format("{:04}-{:02}-{:02}", day.tm_year + 1900, day.tm_mon + 1, day.tm_mday);
-}
-
 std::string trace_text(const RunResult& result, const NodeCost& node) {
   std::string text = fmt::format(
-      "# What each step of {} ({}) took, in s: {}.\n# Graph {}, seed {}; {}, Tactor {}.\n# {}, {} cores.\n", node.node,
-      node.type, result.live ? "the time until its results were visible" : "CPU time of its thread", result.graph,
-      result.seed, today(), TACTOR_VERSION, this_machine().processor, std::thread::hardware_concurrency());
+      "# What each step of {} ({}) took, in s: {}.\n# Graph {}, seed {}; {:%F}, Tactor {}.\n# {}, {} cores.\n",
+      node.node, node.type, result.live ? "the time until its results were visible" : "CPU time of its thread",
+      result.graph, result.seed, fmt::gmtime(std::time(nullptr)), TACTOR_VERSION, this_machine().processor,
+      std::thread::hardware_concurrency());
   for (const Duration time : node.step_times) text += fmt::format("{:.9f}\n", time.seconds());
   return text;
 }

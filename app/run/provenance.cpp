@@ -1,9 +1,9 @@
 #include "app/run/provenance.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <link.h>
 
-#include <array>
 #include <ctime>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -25,11 +25,7 @@ namespace {
 
 /// Now, UTC: `2026-11-26T11:45:57Z`.
 std::string this_second() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 32> text{};
-  return {text.data(), std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc)};
+  return fmt::format("{:%FT%TZ}", fmt::gmtime(std::time(nullptr)));
 }
 
 ProvenanceJson files_json(const std::vector<HashedFile>& files) {

@@ -1,6 +1,7 @@
 #include "app/study/run/study_worker.hpp"
 
-#include <array>
+#include <fmt/chrono.h>
+
 #include <cmath>
 #include <ctime>
 #include <exception>
@@ -69,11 +70,7 @@ std::vector<double> each(const std::vector<RunResult>& runs, double RunResult::*
 }
 
 std::string utc_now() {
-  const std::time_t now = std::time(nullptr);
-  std::tm utc{};
-  gmtime_r(&now, &utc);
-  std::array<char, 20> text{};
-  return {text.data(), std::strftime(text.data(), text.size(), "%F %T", &utc)};
+  return fmt::format("{:%F %T}", fmt::gmtime(std::time(nullptr)));
 }
 
 /// The first of runs that differ in nothing but their run times, with the medians of these.
