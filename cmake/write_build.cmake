@@ -35,10 +35,5 @@ set(text "// Made by cmake/write_build.cmake.
 #define TACTOR_COMPILER \"${COMPILER}\"
 #define TACTOR_FLAGS \"${FLAGS}\"
 ")
-if(EXISTS ${OUTPUT})
-  file(READ ${OUTPUT} before)
-endif()
 # An unchanged file is left alone, so that nothing is compiled for it.
-if(NOT "${before}" STREQUAL "${text}")
-  file(WRITE ${OUTPUT} "${text}")
-endif()
+file(CONFIGURE OUTPUT ${OUTPUT} CONTENT "${text}" @ONLY)
