@@ -30,22 +30,19 @@ double norm_of(const FlightVector& v) {
   return std::sqrt(static_cast<double>(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]));
 }
 
-/// The records of one kind and node, in order.
+/// A record of one kind.
 template <class Body>
-struct FlightTrack {
-  struct One {
-    Time time;
-    Body body;
-  };
-  std::vector<One> records;
+struct TimedBody {
+  Time time;
+  Body body;
 };
 
+/// The records of one kind and node, in order.
 template <class Body>
-FlightTrack<Body> track_of(const FlightLog& log, FlightKind kind, std::size_t node) {
-  FlightTrack<Body> track;
+std::vector<TimedBody<Body>> track_of(const FlightLog& log, FlightKind kind, std::size_t node) {
+  std::vector<TimedBody<Body>> track;
   for (const FlightRecord& record : log.records) {
-    if (record.kind == kind && record.node == node)
-      track.records.push_back({log.time_of(record), body_of<Body>(record)});
+    if (record.kind == kind && record.node == node) track.push_back({log.time_of(record), body_of<Body>(record)});
   }
   return track;
 }
@@ -58,11 +55,11 @@ class FaultSearch {
   std::vector<FlightFinding> all() {
     for (std::size_t n = 0; n < log_.nodes.size(); ++n) {
       const auto device = track_of<FlightDevice>(log_, FlightKind::device, n);
-      look_at_ticks(n, device.records);
-      look_at_ticks(n, track_of<FlightTick>(log_, FlightKind::tick, n).records);
-      look_at_gate(n, device.records);
-      look_at_limits(n, device.records);
-      look_at_energy(n, device.records);
+      look_at_ticks(n, device);
+      look_at_ticks(n, track_of<FlightTick>(log_, FlightKind::tick, n));
+      look_at_gate(n, device);
+      look_at_limits(n, device);
+      look_at_energy(n, device);
     }
     look_at_events();
     look_at_end();
@@ -70,8 +67,8 @@ class FaultSearch {
   }
 
  private:
-  using Devices = std::vector<FlightTrack<FlightDevice>::One>;
-  using Exchanges = std::vector<FlightTrack<FlightExchange>::One>;
+  using Devices = std::vector<TimedBody<FlightDevice>>;
+  using Exchanges = std::vector<TimedBody<FlightExchange>>;
 
   /// A finding, once; it may be changed until the next one comes.
   FlightFinding& found(FlightFault fault, std::size_t node, Time time, std::string words) {
@@ -222,7 +219,7 @@ class FaultSearch {
 
   /// The line's failure where there is a line, and the device's own otherwise.
   void explain_failed_device(std::size_t node, Time time, SafetyCause cause) {
-    const Exchanges line = track_of<FlightExchange>(log_, FlightKind::exchange, node).records;
+    const Exchanges line = track_of<FlightExchange>(log_, FlightKind::exchange, node);
     std::optional<Time> since;  // the first cycle that failed after the last good one
     std::optional<Time> last_good;
     bool is_believed = true;
@@ -257,7 +254,7 @@ class FaultSearch {
     std::string from;
     double oldest = 0;
     for (std::size_t n = 0; n < log_.nodes.size(); ++n) {
-      const auto track = track_of<FlightTick>(log_, FlightKind::tick, n).records;
+      const auto track = track_of<FlightTick>(log_, FlightKind::tick, n);
       const auto at = std::find_if(track.begin(), track.end(), [time](const auto& one) { return one.time >= time; });
       if (at == track.end()) continue;
       const std::vector<FlightNode::In>& inputs = log_.nodes[n].inputs;
@@ -305,7 +302,7 @@ class FaultSearch {
   }
 
   void look_at_energy(std::size_t node, const Devices& ticks) {
-    for (const auto& [time, cycle] : track_of<FlightExchange>(log_, FlightKind::exchange, node).records) {
+    for (const auto& [time, cycle] : track_of<FlightExchange>(log_, FlightKind::exchange, node)) {
       if (cycle.bounded == 0) continue;
       return add(FlightFault::energy, node, time, "the bound on the energy of its line held efforts back");
     }
@@ -347,7 +344,7 @@ class FaultSearch {
   /// The run's failure belongs to what was found first of its device, where that could not be reached from then on.
   void explain_failure(const FlightWords& failure) {
     const std::string node = log_.name_of(failure.node);
-    const Devices ticks = track_of<FlightDevice>(log_, FlightKind::device, failure.node).records;
+    const Devices ticks = track_of<FlightDevice>(log_, FlightKind::device, failure.node);
     constexpr std::uint8_t read_failed = 2;  // DeviceHealth, and what follows it
     Time failing_since = failure.time;
     for (auto tick = ticks.rbegin(); tick != ticks.rend() && tick->body.health >= read_failed; ++tick) {
@@ -377,7 +374,7 @@ class FaultSearch {
     if (is_running_ || crashed || log_.end != FlightEnd::none) return;
     std::string words = "the process ended without a word, as by SIGKILL or where memory is short";
     for (std::size_t n = 0; n < log_.nodes.size(); ++n) {
-      const Devices ticks = track_of<FlightDevice>(log_, FlightKind::device, n).records;
+      const Devices ticks = track_of<FlightDevice>(log_, FlightKind::device, n);
       if (ticks.empty()) continue;
       words += fmt::format("; {} had {:.2f} N", log_.nodes[n].name, norm_of(ticks.back().body.commanded_force));
     }

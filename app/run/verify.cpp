@@ -58,8 +58,7 @@ KeptResult read_result(const fs::path& result) {
   }
   if (!kept.summary.contains("provenance")) {
     throw InputError(
-        fmt::format("{}: expected a summary that tells its provenance, found one of tactor {}, which does "
-                    "not",
+        fmt::format("{}: expected a summary that tells its provenance, found one of tactor {}, which does not",
                     file.string(), kept.summary.value("tactor", "of an unknown version")));
   }
   kept.provenance = provenance_from_json(kept.summary["provenance"], file.string());

@@ -42,8 +42,7 @@ void add_verify(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand(
       "verify",
       "Make a run in virtual time again from its results, and compare all data sets and metrics to the byte; tells "
-      "which "
-      "files and libraries have changed. Exit codes: 0 equal, 1 different, 2 it cannot be made again");
+      "which files and libraries have changed. Exit codes: 0 equal, 1 different, 2 it cannot be made again");
   const auto result = std::make_shared<std::filesystem::path>();
   verb->add_option("result", *result, "The folder of results of `tactor run`, or its summary.json")
       ->type_name(value_type::results)

@@ -18,28 +18,23 @@ class FormReader {
  public:
   /// Sets the shape of `body`, or returns what is drawn in its place.
   DrawnScene::Surface read(const OwnShape& shape, Body& body) {
-    if (const auto* sphere = std::get_if<SphereShape>(&shape.form)) {
-      body.shape = *sphere;
-    } else if (const auto* capsule = std::get_if<CapsuleShape>(&shape.form)) {
-      body.shape = *capsule;
-    } else if (const auto* box = std::get_if<BoxShape>(&shape.form)) {
-      body.shape = *box;
-    } else if (std::holds_alternative<PlaneShape>(shape.form)) {
-      body.shape = PlaneShape{};
-    } else if (const auto* cylinder = std::get_if<CylinderShape>(&shape.form)) {
-      return std::make_shared<const TriangleMesh>(cylinder_mesh(cylinder->radius, cylinder->length));
-    } else if (const auto* ellipsoid = std::get_if<EllipsoidShape>(&shape.form)) {
-      return std::make_shared<const TriangleMesh>(ellipsoid_mesh(ellipsoid->radii));
-    } else {
-      const Triangles* triangles = std::get<TrianglesShape>(shape.form).triangles.get();
-      // One surface for all shapes that share the triangles.
-      DrawnScene::Surface& surface = known_[triangles];
-      if (surface == nullptr) {
-        surface = std::make_shared<const TriangleMesh>(TriangleMesh{triangles->vertices, triangles->faces});
-      }
-      return surface;
+    if (std::optional<Shape> of_scene = scene_shape(shape)) {
+      body.shape = *std::move(of_scene);
+      return nullptr;
     }
-    return nullptr;
+    if (const auto* cylinder = std::get_if<CylinderShape>(&shape.form)) {
+      return std::make_shared<const TriangleMesh>(cylinder_mesh(cylinder->radius, cylinder->length));
+    }
+    if (const auto* ellipsoid = std::get_if<EllipsoidShape>(&shape.form)) {
+      return std::make_shared<const TriangleMesh>(ellipsoid_mesh(ellipsoid->radii));
+    }
+    const Triangles* triangles = std::get<TrianglesShape>(shape.form).triangles.get();
+    // One surface for all shapes that share the triangles.
+    DrawnScene::Surface& surface = known_[triangles];
+    if (surface == nullptr) {
+      surface = std::make_shared<const TriangleMesh>(TriangleMesh{triangles->vertices, triangles->faces});
+    }
+    return surface;
   }
 
  private:

@@ -24,7 +24,7 @@ void EngineSlots::admit(Instant now, LineCycle& cycle) noexcept {
   cycle.pass_on(order.deadline - expires_after_, order.command, order.zeroed);
 }
 
-void EngineSlots::given(Instant, const LinkCommand& command) noexcept {
+void EngineSlots::given(const LinkCommand& command) noexcept {
   gave_zero_ = command.is_zero();
   if (!gave_zero_) at_rest_.store(false, std::memory_order_release);
 }

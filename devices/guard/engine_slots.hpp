@@ -21,7 +21,7 @@ class EngineSlots final : public LineOutside {
       : orders_(share.orders), reports_(share.reports), expires_after_(expires_after) {}
 
   void admit(Instant now, LineCycle& cycle) noexcept override;
-  void given(Instant now, const LinkCommand& command) noexcept override;
+  void given(const LinkCommand& command) noexcept override;
   void delivered() noexcept override;
   void publish(const LinkReport& report) noexcept override;
 

@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <cstring>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -91,27 +92,18 @@ int signals_to_end() {
 }
 
 /// Where the flight file lies; the handler of SIGBUS reads it.
-std::byte* flight_memory = nullptr;
-std::size_t flight_size = 0;
+std::span<std::byte> flight_memory;
 
 /// The user may shorten the flight file while it is mapped. Then memory of the guard's own takes its place: the line
 /// goes on, and what it does is told no more.
 void replace_flight(int number, siginfo_t* info, void* /*context*/) {
   auto* const at = static_cast<std::byte*>(info->si_addr);
-  const bool is_flight = flight_memory != nullptr && at >= flight_memory && at < flight_memory + flight_size;
-  if (is_flight && mmap(flight_memory, flight_size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1,
-                        0) != MAP_FAILED)
+  const bool is_flight = at >= flight_memory.data() && at < flight_memory.data() + flight_memory.size();
+  constexpr int own = MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED;
+  if (is_flight && mmap(flight_memory.data(), flight_memory.size(), PROT_READ | PROT_WRITE, own, -1, 0) != MAP_FAILED) {
     return;
+  }
   signal(number, SIG_DFL);  // and comes again
-}
-
-void survive_a_shorter_flight_file(std::byte* memory, std::size_t size) {
-  flight_memory = memory;
-  flight_size = size;
-  struct sigaction action {};
-  action.sa_sigaction = replace_flight;
-  action.sa_flags = SA_SIGINFO;
-  sigaction(SIGBUS, &action, nullptr);
 }
 
 /// The engine's flight recorder, to which the guard goes on to write where the engine has gone; none where the engine
@@ -123,8 +115,12 @@ std::optional<FlightRing> map_flight(const GuardConfig& config) {
   const auto size = static_cast<std::size_t>(status.st_size);
   void* memory = mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, guard_flight_file, 0);
   if (memory == MAP_FAILED) throw RunError(std::string("its file cannot be mapped: ") + std::strerror(errno));
-  survive_a_shorter_flight_file(static_cast<std::byte*>(memory), size);
-  return FlightRing({static_cast<std::byte*>(memory), size}, config.flight);
+  flight_memory = {static_cast<std::byte*>(memory), size};
+  struct sigaction action {};
+  action.sa_sigaction = replace_flight;
+  action.sa_flags = SA_SIGINFO;
+  sigaction(SIGBUS, &action, nullptr);
+  return FlightRing(flight_memory, config.flight);
 }
 
 /// The same. Why the line of an engine that has a recorder cannot be told to it goes to `refused`, in words.

@@ -82,7 +82,7 @@ bool LineCycle::opened(const LinkLimits& theirs, LinkFailure& failure) {
   commands_.cut(MonotonicClock::now());
   if (outside_ != nullptr) {
     // A link starts its device up with zero effort.
-    outside_->given(MonotonicClock::now(), {});
+    outside_->given({});
     outside_->delivered();
   }
   publish();
@@ -102,7 +102,7 @@ LinkCommand LineCycle::due(Instant now) {
   exchange_.bounded = effort_ != command.effort ? 1 : 0;
   command.effort = effort_;
   if (gate_) gate_->gave(now, effort_);
-  if (outside_ != nullptr) outside_->given(now, command);
+  if (outside_ != nullptr) outside_->given(command);
   const bool holds = gate_ && gate_->hold() != report_.hold;
   if (holds || commands_.cuts() != report_.cuts || commands_.expiries() != report_.expiries) publish();
   return command;

@@ -75,7 +75,7 @@ class LineOutside {
   /// Before the command that is due is looked up: what has come goes to LineCycle::pass_on.
   virtual void admit(Instant now, LineCycle& cycle) noexcept = 0;
   /// The command that the device is to get.
-  virtual void given(Instant now, const LinkCommand& command) noexcept = 0;
+  virtual void given(const LinkCommand& command) noexcept = 0;
   /// It has got the command that was given last.
   virtual void delivered() noexcept = 0;
   virtual void publish(const LinkReport& report) noexcept = 0;

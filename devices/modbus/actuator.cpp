@@ -91,8 +91,7 @@ std::string danger_of(const Profile& profile, GuardChoice guard) {
   const char* who = guard == GuardChoice::off ? "this program" : "its guard (tactor-guard, not this program)";
   return profile.name + ": its profile names no watchdog: if " + who +
          " is killed or the line is cut, the device may keep its last force; keep an emergency stop or its power "
-         "switch "
-         "within reach";
+         "switch within reach";
 }
 
 std::string calibrate(const Actuator::Params& params, const Ask& ask) {

@@ -40,6 +40,15 @@ struct OwnShape {
   Pose X_BS;                        ///< m, in the frame of its body; of a shape that stays in W
 };
 
+/// The form as a scene has it; none where a scene has no such shape.
+inline std::optional<Shape> scene_shape(const OwnShape& shape) {
+  if (const auto* sphere = std::get_if<SphereShape>(&shape.form)) return *sphere;
+  if (const auto* capsule = std::get_if<CapsuleShape>(&shape.form)) return *capsule;
+  if (const auto* box = std::get_if<BoxShape>(&shape.form)) return *box;
+  if (const auto* plane = std::get_if<PlaneShape>(&shape.form)) return *plane;
+  return std::nullopt;
+}
+
 /// A body that moves.
 struct OwnBody {
   std::string name;  ///< a moving body of the graph's scene that has it is this one, and is not drawn beside it

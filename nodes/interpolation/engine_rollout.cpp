@@ -60,9 +60,7 @@ RefusalReason EngineRollout::take_state(const EngineState& state, bool keep) {
   constexpr Trees tool_alone = 1;
   const Trees moving = motion_.engine().may_allocate(state.moving) ? tool_alone : state.moving;
   const RefusalReason why = motion_.restart(state, moving);
-  if (why != RefusalReason::none) return why;
-  is_whole_ = motion_.engine().is_whole(moving);
-  moved_.note(motion_.engine().moving_bodies());
+  if (why == RefusalReason::none) moved_.note(motion_.engine().moving_bodies());
   return why;
 }
 
@@ -88,7 +86,7 @@ bool EngineRollout::take_model(const Stamped<EngineState>& newest, Time now) {
     trust_.agree();
   }
   // The whole scene has physics' own law; one of which a part stands has another, which nobody knows.
-  const std::optional<double> law_error = is_whole_ ? std::optional(0.0) : std::nullopt;
+  const std::optional<double> law_error = motion_.is_whole() ? std::optional(0.0) : std::nullopt;
   trust_.learn(newest.stamp.valid, newest.value.wrench_result.force, law_error, intake_.use(newest.stamp, now));
   result_wrench_ = limited(newest.value.wrench_result, newest.value.coupling);
   return !keep;

@@ -99,7 +99,6 @@ class EngineRollout {
   ModelIntake intake_;
   RolloutTrust trust_;
   MovedBodies moved_;
-  bool is_whole_ = true;             // all that can move does, since the scene was put back
   bool failed_ = false;              // a step has, since the state came
   Source source_ = Source::rollout;  // at the last tick
   Time shown_;                       // of the result then

@@ -72,19 +72,16 @@ NodeInfo MujocoRollout::declare() {
   Declare<MujocoRollout> node("interpolation.mujoco", "Continues MuJoCo's scene through each sample of the handle.");
   node.details(
       "It is the display side of prediction.mujoco. The node has a scene of MuJoCo of its own. It puts it into the "
-      "newest state and makes one or more sub-steps per tick, with the bodies that the state says; the others "
-      "stand "
-      "where it has them. It displays the "
-      "coupling's wrench and its rate, so the tick until the device shows it adds no delay. When a state arrives, "
-      "the displayed force stays as it is. The difference decays as tau^2 e'' + 2 tau e' + e = 0, from a rate "
-      "between 0 and -e / tau, so it neither grows nor overshoots. A result is trusted until it is older than "
-      "`trust_time` and than three intervals between results; then, or if a step fails, the last force is held. "
-      "The same holds if a tick would need more than `max_substeps`, after a gap in the samples of the handle. "
-      "The segments tell the device for how long a result is trusted.\nA step takes the time that MuJoCo takes, "
-      "for which nothing gives a bound: measure it on your scene before you put the node into the real-time lane. "
-      "With `mode: each_tick` it goes on from the first result with all bodies and never goes back. Then nothing "
-      "is "
-      "predicted, and physics is stepped for the report alone.\nMuJoCo allocates memory in the steps of large "
+      "newest state and makes one or more sub-steps per tick, with the bodies that the state says; the others stand "
+      "where it has them. It displays the coupling's wrench and its rate, so the tick until the device shows it adds "
+      "no delay. When a state arrives, the displayed force stays as it is. The difference decays as tau^2 e'' + 2 tau "
+      "e' + e = 0, from a rate between 0 and -e / tau, so it neither grows nor overshoots. A result is trusted until "
+      "it is older than `trust_time` and than three intervals between results; then, or if a step fails, the last "
+      "force is held. The same holds if a tick would need more than `max_substeps`, after a gap in the samples of the "
+      "handle. The segments tell the device for how long a result is trusted.\nA step takes the time that MuJoCo "
+      "takes, for which nothing gives a bound: measure it on your scene before you put the node into the real-time "
+      "lane. With `mode: each_tick` it goes on from the first result with all bodies and never goes back. Then nothing "
+      "is predicted, and physics is stepped for the report alone.\nMuJoCo allocates memory in the steps of large "
       "models. The node refuses a model that is too large even where the tool alone moves.");
   declare_engine_rollout(node, "the state to continue from, as prediction.mujoco sends it", "MuJoCo");
   declare_metrics(node);

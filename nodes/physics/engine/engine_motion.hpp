@@ -54,6 +54,8 @@ class EngineMotion {
   /// m/s^2 and rad/s^2, of the tool between the last two samples.
   [[nodiscard]] const Twist& acceleration() const { return acceleration_; }
   [[nodiscard]] const SteppedEngine& engine() const { return engine_; }
+  /// Whether all that can move does.
+  [[nodiscard]] bool is_whole() const { return engine_.is_whole(moving_); }
   /// Sub-steps so far.
   [[nodiscard]] std::int64_t steps() const { return steps_; }
 

@@ -94,14 +94,9 @@ double reach_of(const OwnShape& shape) {
   return norm(shape.X_BS.p) + std::visit(Reach{}, shape.form);
 }
 
-/// The shape itself where a scene has such a shape, and it lies in the middle of its body.
-std::optional<Shape> scene_shape(const OwnShape& shape) {
+bool is_in_the_middle(const OwnShape& shape) {
   constexpr double same_place = 1e-9;
-  if (norm(shape.X_BS.p) > same_place || norm(to_rotation_vector(shape.X_BS.R)) > same_place) return std::nullopt;
-  if (const auto* sphere = std::get_if<SphereShape>(&shape.form)) return *sphere;
-  if (const auto* capsule = std::get_if<CapsuleShape>(&shape.form)) return *capsule;
-  if (const auto* box = std::get_if<BoxShape>(&shape.form)) return *box;
-  return std::nullopt;
+  return norm(shape.X_BS.p) <= same_place && norm(to_rotation_vector(shape.X_BS.R)) <= same_place;
 }
 
 }  // namespace
@@ -126,7 +121,7 @@ OwnTool model_tool(const std::string& type, const EngineParams& params) {
   for (const OwnShape& shape : engine->own_scene().shapes) {
     if (shape.body != std::size_t{0}) continue;
     radius = std::max(radius, reach_of(shape));
-    only = scene_shape(shape);
+    only = is_in_the_middle(shape) ? scene_shape(shape) : std::nullopt;
     ++shapes;
   }
   body.shape = shapes == 1 && only ? *only : SphereShape{radius};
